@@ -15,6 +15,7 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
+use crate::virtual_lights::testing::candidates;
 use crate::virtual_lights::{
     EmissionView, GlossyForm, PhotonClusters, RadiantIntensity, TableStorage, VirtualLight,
     VirtualLights, assign, select,
@@ -57,7 +58,7 @@ pub(super) fn lights(
             &PhotonClusters::single_photons(&sites),
         ),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            let (shares, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
             VirtualLights::rich(scene, limits, &photons, &shares, form)
         }
     })
@@ -515,7 +516,7 @@ pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex
             &PhotonClusters::single_photons(&sites),
         ),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            let (shares, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
             VirtualLights::rich(scene, UNLIMITED, &photons, &shares, form)
         }
     };

@@ -1,9 +1,10 @@
-//! What all methods do at the ends of the segments of camera paths: emitted radiance, straight-through transmission, and the layers of
-//! first surfaces and events.
+//! What all methods do at the ends of the segments of camera paths: emitted radiance,
+//! straight-through transmission, and the layers of first surfaces and events.
 //!
-//! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction. Its mean over passes is right, and exact
-//! after one pass on a Lambertian surface.
+//! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction.
+//! Its mean over passes is right, and exact after one pass on a Lambertian surface.
 
+use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
@@ -13,19 +14,21 @@ use crate::geometry::{Ray, SurfacePoint};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
-use crate::sampling::Sampler;
+use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::Vertex;
 use crate::transport::direct::emitted_with_mis;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, see_environment, used,
+    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, follow_all, lanes_where, see_environment,
+    used,
 };
-use crate::transport::walk::{Previous, visible_part};
+use crate::transport::walk::visible_part;
 
-/// What a method keeps for a camera path.
+/// What a camera path carries for a method.
 pub(super) trait CameraPath: Copy {
-    /// What the layers of first surfaces and events need to know; `None` if the path is not in them.
+    /// What the layers of first surfaces and events need to know; `None` if the path is not in
+    /// them.
     fn first(&self) -> Option<FirstPart>;
 
     /// After a segment of this length, in m.
@@ -44,11 +47,12 @@ pub(super) struct FirstPart {
     pub(super) hidden: f32,
     /// The path in the layers of first events.
     pub(super) event: SampleShare,
-    /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if this one is not in them.
+    /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if
+    /// this one is not in them.
     pub(super) surface_share: f32,
 }
 
-/// Paths of which nothing else is kept.
+/// Paths that carry nothing else.
 impl CameraPath for FirstPart {
     #[inline(always)]
     fn first(&self) -> Option<FirstPart> {
@@ -88,18 +92,58 @@ impl CameraStart {
         }
     }
 
-    /// The walk of one of `count` paths, for which the method keeps `kept`.
-    pub(super) fn walk<T>(&self, count: u32, sampler: Sampler, kept: T) -> WalkRow<T> {
-        WalkRow {
-            ray: self.ray,
-            throughput: [self.weight / count as f32; 3],
-            eta_squared: 1.0,
-            segments: 0,
-            previous: Previous::start(self.ray.o),
-            sampler,
-            kept,
-        }
+    /// The walk of one of `count` paths.
+    pub(super) fn walk<T>(&self, count: u32, sampler: Sampler, payload: T) -> WalkRow<T> {
+        let throughput = [self.weight / count as f32; 3];
+        WalkRow::start(self.ray, throughput, sampler, payload)
     }
+}
+
+/// A camera path for each pixel of a tile, at the camera; `payload` is made of its part in the
+/// layers of first surfaces.
+pub(super) fn start_paths<T: Copy>(
+    scene: (&Scene, PathLimits),
+    run: &PassContext,
+    positions: &FilmSampler,
+    samples: &TileSamples,
+    payload: impl Fn(FirstPart) -> T,
+) -> Walks<T> {
+    let mut walks = Walks::with_capacity(samples.tile().count());
+    for (index, pixel) in samples.tile().pixels().enumerate() {
+        let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
+        let u = sampler.next_2d();
+        let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+        let first = FirstPart {
+            pixel: index as u32,
+            hidden: start.hidden,
+            event: SampleShare {
+                filter_weight: start.filter_weight,
+                share: 1.0,
+            },
+            surface_share: 1.0,
+        };
+        walks.push(start.walk(1, sampler, payload(first)));
+    }
+    walks
+}
+
+/// Follows camera paths to their ends. `shade` does what happens at the ends of the segments of a
+/// round, and appends the paths that go on to its last argument.
+pub(super) fn follow_paths<'s, T: CameraPath>(
+    scene: &'s Scene,
+    limits: PathLimits,
+    walks: Walks<T>,
+    mut shade: impl FnMut(CameraRound<'_, 's, T>, &mut Walks<T>),
+) {
+    follow_all(scene, walks, |walks, arrivals, next| {
+        let round = CameraRound {
+            scene,
+            limits,
+            walks,
+            arrivals,
+        };
+        shade(round, next);
+    });
 }
 
 /// The paths of a round, at the ends of their segments.
@@ -195,10 +239,11 @@ pub(super) struct PathLanes {
 }
 
 impl PathLanes {
-    /// Whether a method must look at the packet.
+    /// Whether nothing happens at the vertices: no path meets an emitter, fills a layer of first
+    /// surfaces or goes on.
     #[inline(always)]
-    pub(super) fn matter(self) -> bool {
-        self.emits | self.firsts | (self.active & !self.ends) != 0
+    pub(super) fn are_done(self) -> bool {
+        self.emits | self.firsts | (self.active & !self.ends) == 0
     }
 }
 
@@ -232,7 +277,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         Vertices::new(s, self.scene, self.walks, self.arrivals, material, packet)
     }
 
-    /// The paths that arrive at the vertices `v`, on `material`. They are a reference: moving them costs more than shading them.
+    /// The paths that arrive at the vertices `v`, on `material`. They are a reference: moving them
+    /// costs more than shading them.
     #[inline(always)]
     pub(super) fn arrive<'v, S: Width>(
         &self,
@@ -242,7 +288,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
     ) -> Arrived<'v, 's, S, T> {
         let walks = self.walks;
         Arrived {
-            paths: s.each(|i| v.kept(walks, i).after_segment(v.hits.as_ref()[i].t)),
+            paths: s.each(|i| v.payload(walks, i).after_segment(v.distances.as_ref()[i])),
             throughput: walks.throughput(s, &v.index),
             eta_squared: v.eta_squared(s, walks),
             generators: v.generators(s, walks),
@@ -253,11 +299,12 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
 
     #[inline(always)]
     fn is_first(&self, i: u32) -> bool {
-        self.walks.event(i) == Lobes::NONE && self.walks.kept[i as usize].first().is_some()
+        self.walks.event(i) == Lobes::NONE && self.walks.payload[i as usize].first().is_some()
     }
 
-    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment along it, weighted by throughput and MIS, in
-    /// W/(m² sr). `guide` as in [`see_environment`]. Adds the first events of these paths.
+    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment
+    /// along it, weighted by throughput and MIS, in W/(m² sr). `guide` as in [`see_environment`].
+    /// Adds the first events of these paths.
     pub(super) fn leave<'g>(
         &self,
         guide: impl Fn(u32) -> Option<&'g EnvironmentLobes>,
@@ -273,24 +320,21 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             guide,
             |i, radiance| {
                 if !radiance.is_black() {
-                    visit(
-                        &walks.kept[i as usize],
-                        walks.throughput_of(i) * radiance,
-                        out,
-                    );
+                    let path = &walks.payload[i as usize];
+                    visit(path, walks.throughput_of(i) * radiance, out);
                 }
             },
         );
         for &i in escaped {
             if self.is_first(i) {
                 let event = FirstEvent::escape(self.scene, self.limits);
-                self.add_first_event(&walks.kept[i as usize], event, out);
+                self.add_first_event(&walks.payload[i as usize], event, out);
             }
         }
     }
 
-    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit along them, weighted by throughput and
-    /// MIS, in W/(m² sr).
+    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit
+    /// along them, weighted by throughput and MIS, in W/(m² sr).
     #[inline(always)]
     pub(super) fn see_emitters<S: Width>(
         &self,
@@ -310,11 +354,12 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         for i in set_bits(lit) {
             let walk = v.index.as_ref()[i];
             let radiance = walks.throughput_of(walk) * Rgb::from(lane(&radiance, i));
-            visit(&walks.kept[walk as usize], radiance);
+            visit(&walks.payload[walk as usize], radiance);
         }
     }
 
-    /// Adds the layers that describe the first surfaces of the paths in the lanes `firsts`; `samples` draws directions from all lobes.
+    /// Adds the layers that describe the first surfaces of the paths in the lanes `firsts`;
+    /// `samples` draws directions from all lobes.
     #[inline(always)]
     pub(super) fn describe<S: Width>(
         &self,
@@ -323,7 +368,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         firsts: Bits,
         out: &mut TileSamples,
     ) {
-        let first = |i: usize| v.kept(self.walks, i).first();
+        let first = |i: usize| v.payload(self.walks, i).first();
         let lanes = lanes_where(firsts, |i| {
             v.segments.as_ref()[i] == 1 && first(i).is_some_and(|first| first.surface_share > 0.0)
         });
@@ -337,7 +382,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             let Some(first) = first(i) else {
                 continue;
             };
-            let depth = first.hidden + v.hits.as_ref()[i].t;
+            let depth = first.hidden + v.distances.as_ref()[i];
             let mut add = |layer, value: Rgb| {
                 out.add(first.pixel as usize, layer, value * first.surface_share);
             };
@@ -347,9 +392,10 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// The first steps of paths at their vertices: layers of first surfaces, with directions drawn for them, then [`CameraRound::go_on`].
+    /// The first steps of paths at their vertices: layers of first surfaces, with directions drawn
+    /// for them, then [`CameraRound::pass_through`].
     #[inline(always)]
-    pub(super) fn describe_and_go_on<S: Width>(
+    pub(super) fn describe_and_pass_through<S: Width>(
         &self,
         at: &mut Arrived<S, T>,
         lanes: PathLanes,
@@ -362,13 +408,14 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL)
         };
         self.describe(v, samples, lanes.firsts, out);
-        self.go_on(at, lanes, next, out)
+        self.pass_through(at, lanes, next, out)
     }
 
-    /// Appends to `next` the paths that continue straight through, and adds the first events of the others: where a path ends by the limits,
-    /// whether it scatters stays open. Returns the lanes in which paths scatter.
+    /// Appends to `next` the paths that continue straight through, and adds the first events of the
+    /// others: where a path ends by the limits, whether it scatters stays open. Returns the lanes
+    /// in which paths scatter.
     #[inline(always)]
-    pub(super) fn go_on<S: Width>(
+    pub(super) fn pass_through<S: Width>(
         &self,
         at: &mut Arrived<S, T>,
         lanes: PathLanes,
@@ -378,7 +425,11 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         for i in set_bits(lanes.firsts & lanes.ends) {
             self.add_surface(at.v, i, at.v.opacity(i), out);
         }
-        let scatters = self.pass_through(at, lanes.active & !lanes.ends, next);
+        let goes_on = lanes.active & !lanes.ends;
+        let state = (&mut at.throughput, &mut at.generators);
+        let paths = &at.paths;
+        let path = |i: usize| paths.as_ref()[i];
+        let scatters = (at.v).pass_through(self.walks, next, state, goes_on, path);
         for i in set_bits(lanes.firsts & scatters) {
             self.add_surface(at.v, i, 1.0, out);
         }
@@ -398,30 +449,12 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             p: Vec3::from(lane(&v.x.p.store(), i)),
             opacity,
         };
-        self.add_first_event(&v.kept(self.walks, i), event, out);
+        self.add_first_event(&v.payload(self.walks, i), event, out);
     }
 
     fn add_first_event(&self, path: &T, event: FirstEvent, out: &mut TileSamples) {
         if let Some(first) = path.first() {
             add_first_event(self.scene, event, first.event, first.pixel as usize, out);
         }
-    }
-
-    /// Appends to `next` the paths of the lanes `goes_on` that continue straight through. Returns the lanes in which they scatter.
-    #[inline(always)]
-    fn pass_through<S: Width>(
-        &self,
-        at: &mut Arrived<S, T>,
-        goes_on: Bits,
-        next: &mut Walks<T>,
-    ) -> Bits {
-        let u = at.generators.next_within(at.v.mask(goes_on));
-        let Some((passes, factor)) = at.v.passes(u, goes_on) else {
-            return goes_on;
-        };
-        at.throughput = at.throughput * factor;
-        let kept = (passes, |i: usize| at.paths.as_ref()[i]);
-        (at.v).pass_through(self.walks, next, at.throughput, &at.generators, kept);
-        goes_on & !passes
     }
 }

@@ -1,76 +1,169 @@
-//! Light from emitters that paths reflect, before visibility is known.
+//! Shadow rays in streams, and next-event estimation at the vertices of camera paths: the only one,
+//! whatever the method.
 
+use super::partition::PathStage;
+use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::LobesOfLanes;
 use crate::film::{Layer, TileSamples};
 use crate::geometry::Segment;
-use crate::lanes::{Width, lane};
+use crate::lanes::{Color, Float, Mask, Pair, Width, lane};
 use crate::math::Vec3;
-use crate::scene::Scene;
+use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
-use crate::transport::stream::Bits;
+use crate::transport::stream::Vertices;
 
-/// The connections of a round.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Connections {
-    /// The shadow rays.
+/// Shadow rays that wait for their test, with the light that each carries.
+#[derive(Clone, Debug)]
+pub(super) struct ShadowRays<T> {
     segments: Vec<Segment>,
-    connections: Vec<Connection>,
-    /// By shadow ray: whether an opaque surface blocks it.
+    /// The light, and the number of transparent surfaces that the ray may cross. Each is a vertex
+    /// of the path.
+    light: Vec<(T, u32)>,
+    /// By ray: whether an opaque surface blocks it.
     occluded: Vec<bool>,
 }
 
-/// Light from an emitter that a path reflects, visibility not yet tested.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Connection {
-    /// Index of the pixel in the tile.
-    pub(super) pixel: u32,
-    /// Transparent surfaces that the shadow ray may cross.
-    pub(super) max_crossings: u32,
-    /// Low-roughness lobes belong to another layer than non-specular ones, so that there may be two terms.
-    pub(super) terms: [(Layer, Rgb); 2],
-}
-
-impl Connections {
-    /// Adds `connection(i)` with the shadow ray to the emitter in each lane `i` of `lanes`.
-    #[inline(always)]
-    pub(super) fn push_lanes<S: Width>(
-        &mut self,
-        lights: &EmitterSamples<S>,
-        lanes: Bits,
-        connection: impl Fn(usize) -> Connection,
-    ) {
-        let (from, to) = (lights.from.store(), lights.to.store());
-        for i in set_bits(lanes) {
-            self.segments.push(Segment {
-                from: Vec3::from(lane(&from, i)),
-                to: Vec3::from(lane(&to, i)),
-            });
-            self.connections.push(connection(i));
+impl<T> Default for ShadowRays<T> {
+    fn default() -> Self {
+        ShadowRays {
+            segments: Vec::new(),
+            light: Vec::new(),
+            occluded: Vec::new(),
         }
     }
+}
 
-    /// Adds the connections that nothing blocks, and empties the list. Returns the number of shadow rays.
-    pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
+impl<T> ShadowRays<T> {
+    /// Adds a ray that may cross `max_crossings` transparent surfaces.
+    #[inline(always)]
+    pub(super) fn push(&mut self, segment: Segment, max_crossings: u32, light: T) {
+        self.segments.push(segment);
+        self.light.push((light, max_crossings));
+    }
+
+    /// Tests the rays, calls `arrive` with the light of those that nothing blocks and their
+    /// transmittance, and empties the list. Returns the number of rays.
+    pub(super) fn trace(&mut self, scene: &Scene, mut arrive: impl FnMut(T, Rgb)) -> u64 {
         let count = self.segments.len() as u64;
-        scene
-            .geometry
-            .occluded_stream(&self.segments, &mut self.occluded);
-        let shadow_rays = self.segments.drain(..).zip(&self.occluded);
-        for (connection, (segment, &is_occluded)) in self.connections.drain(..).zip(shadow_rays) {
+        (scene.geometry).occluded_stream(&self.segments, &mut self.occluded);
+        let rays = self.segments.drain(..).zip(&self.occluded);
+        for ((light, max_crossings), (segment, &is_occluded)) in self.light.drain(..).zip(rays) {
             if is_occluded {
                 continue;
             }
-            let (arriving, crossings) = scene.cross_transparent(&segment);
-            if arriving.is_black() || crossings > connection.max_crossings {
-                continue;
-            }
-            for (layer, value) in connection.terms {
-                if !value.is_black() {
-                    out.add(connection.pixel as usize, layer, arriving * value);
-                }
+            let (transmittance, crossings) = scene.cross_transparent(&segment);
+            if !transmittance.is_black() && crossings <= max_crossings {
+                arrive(light, transmittance);
             }
         }
         count
+    }
+}
+
+/// Light of an emitter that a camera path reflects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Connection {
+    pixel: u32,
+    terms: [(Layer, Rgb); 2],
+}
+
+/// A camera path that reflects light of emitters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReflectingPath {
+    /// Index of the pixel in the tile.
+    pub(super) pixel: u32,
+    /// Layers of the two terms of [`EmitterReflection::reflect`].
+    pub(super) layers: [Layer; 2],
+}
+
+impl ReflectingPath {
+    /// A path before the event that reflects: by non-specular lobes, and by near-delta lobes.
+    #[inline(always)]
+    pub(super) fn before_event(pixel: u32, stage: PathStage) -> Self {
+        ReflectingPath {
+            pixel,
+            layers: [Lobes::DIFFUSE, Lobes::NEAR_DELTA].map(|event| stage.after(event).layer()),
+        }
+    }
+}
+
+/// How the vertices of a packet reflect light of emitters: all that differs between the methods.
+/// The functions must be `inline(always)`.
+pub(super) trait EmitterReflection<S: Width> {
+    /// The light that the paths carry from the samples to their pixels, weighted by MIS: the terms
+    /// of two layers. Unspecified in lanes without a sample.
+    fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2];
+
+    /// The path in lane `i`.
+    fn path(&self, i: usize) -> ReflectingPath;
+}
+
+/// Samples of emitters to draw.
+pub(super) struct EmitterQuery<'g, S: Width> {
+    /// Random numbers of the choice of an emitter, and of a point on it.
+    pub(super) numbers: (Float<S>, Pair<S>),
+    /// Densities of directions to the environment.
+    pub(super) guides: LobesOfLanes<'g, S>,
+    pub(super) lanes: Mask<S>,
+}
+
+/// The connections of a round.
+pub(super) type Connections = ShadowRays<Connection>;
+
+impl Connections {
+    /// Next-event estimation: connects each of the vertices in the lanes of `query` with a point of
+    /// an emitter. The light counts if nothing blocks it: see [`Connections::add_all`].
+    #[inline(always)]
+    pub(super) fn connect_emitters<'a, S: Width>(
+        &mut self,
+        (scene, limits): (&'a Scene, PathLimits),
+        v: &Vertices<S>,
+        query: EmitterQuery<'a, S>,
+        reflection: &impl EmitterReflection<S>,
+    ) {
+        let EmitterQuery {
+            numbers,
+            guides,
+            lanes,
+        } = query;
+        let normals = v.bsdf.receiving_normals(v.w_prev);
+        let lights = EmitterSamples::new(scene, &v.x, normals, numbers, guides, lanes);
+        if lights.valid.none() {
+            return;
+        }
+        let terms = reflection.reflect(&lights);
+        let is_lit = lights.valid & !(terms[0].is_black() & terms[1].is_black());
+        let [first, second] = [terms[0].store(), terms[1].store()];
+        let (from, to) = (lights.from.store(), lights.to.store());
+        for i in set_bits(is_lit.bits()) {
+            let segment = Segment {
+                from: Vec3::from(lane(&from, i)),
+                to: Vec3::from(lane(&to, i)),
+            };
+            let ReflectingPath { pixel, layers } = reflection.path(i);
+            let connection = Connection {
+                pixel,
+                terms: [
+                    (layers[0], Rgb::from(lane(&first, i))),
+                    (layers[1], Rgb::from(lane(&second, i))),
+                ],
+            };
+            let max_crossings = limits.left_after(v.segments.as_ref()[i] + 1);
+            self.push(segment, max_crossings, connection);
+        }
+    }
+
+    /// Adds the connections that nothing blocks to the pixels, and empties the list. Returns the
+    /// number of shadow rays.
+    pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
+        self.trace(scene, |connection, transmittance| {
+            for (layer, value) in connection.terms {
+                if !value.is_black() {
+                    out.add(connection.pixel as usize, layer, transmittance * value);
+                }
+            }
+        })
     }
 }

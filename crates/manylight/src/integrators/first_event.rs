@@ -1,4 +1,5 @@
-//! What a camera path meets first, straight-through transmission aside, and the film layers of it: alpha, position and ids.
+//! What a camera path meets first, straight-through transmission aside, and the film layers of it:
+//! alpha, position and ids.
 
 use crate::color::Rgb;
 use crate::film::{IdLayer, Layer, TileSamples};
@@ -43,7 +44,8 @@ pub(super) struct SampleShare {
     pub(super) share: f32,
 }
 
-/// Adds `event` to pixel `index` of the tile. Every camera path must be added, those that meet nothing too.
+/// Adds `event` to pixel `index` of the tile. Every camera path must be added, those that meet
+/// nothing too.
 pub(super) fn add_first_event(
     scene: &Scene,
     event: FirstEvent,

@@ -1,5 +1,5 @@
-//! Directions from a surface point towards emitters: sampled from a mixture of the scattering function and of the directions
-//! from which photons of the environment arrive nearby.
+//! Directions from a surface point towards emitters: sampled from a mixture of the scattering
+//! function and of the directions from which photons of the environment arrive nearby.
 
 use crate::bsdf::{BsdfSamples, Lobes, Numbers};
 use crate::emitters::{EnvironmentLobes, LobesOfLanes};
@@ -10,12 +10,13 @@ use crate::simd::set_bits;
 use crate::transport::Vertex;
 use crate::transport::stream::{Vertices, lanes_where};
 
-/// Fraction of directions sampled from the guide where there is one; the others come from the scattering function.
-/// Unmeasured: equal parts bound the loss where either alone would be right by a factor of two.
+/// Fraction of directions sampled from the guide where there is one; the others come from the
+/// scattering function. Unmeasured: equal parts bound the loss where either alone would be right by
+/// a factor of two.
 const GUIDED_FRACTION: f32 = 0.5;
 
-/// The guide at `v`; `None` where too few photons of the environment arrive, or where light arrives on both sides, which
-/// would need two guides.
+/// The guide at `v`; `None` where too few photons of the environment arrive, or where light arrives
+/// on both sides, which would need two guides.
 pub(super) fn environment_guide(
     incident: &IncidentMap,
     v: &Vertex,
@@ -26,7 +27,8 @@ pub(super) fn environment_guide(
     incident.around(v.x.p, n, found)
 }
 
-/// Densities of [`sample_directions`] along the unit directions `w` per solid angle, in 1/sr; `pdf` are those of the scattering functions.
+/// Densities of [`sample_directions`] along the unit directions `w` per solid angle, in 1/sr; `pdf`
+/// are those of the scattering functions.
 #[inline(always)]
 pub(super) fn guided_pdfs<S: Width>(
     pdf: Float<S>,
@@ -45,8 +47,8 @@ pub(super) fn guided_pdfs<S: Width>(
     })
 }
 
-/// Samples directions `wi` at the vertices for `lobes`, all of them non-specular. `u` in [0, 1) chooses between the guide of a lane and the
-/// scattering function.
+/// Samples directions `wi` at the vertices for `lobes`, all of them non-specular. `u` in [0, 1)
+/// chooses between the guide of a lane and the scattering function.
 #[inline(always)]
 pub(super) fn sample_directions<S: Width>(
     v: &Vertices<S>,

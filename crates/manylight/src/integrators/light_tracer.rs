@@ -1,17 +1,20 @@
-//! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a check of all that differs between
-//! the two directions: shading normals, η², emission and sensor importance.
+//! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a
+//! check of all that differs between the two directions: shading normals, η², emission and sensor
+//! importance.
 //!
-//! It estimates light that reaches the camera directly or from a non-specular or near-delta event, not by delta events: smooth glass
-//! and mirrors in view are black, and the mean of such an image is lower than the mean by path tracing. In the scene staircase2, with a
-//! balustrade of glass, the mean is 3.1 % lower. In the 86 % of the pixels away from the glass it is equal within the noise (0.003 %).
+//! It estimates light that reaches the camera directly or from a non-specular or near-delta event,
+//! not by delta events: smooth glass and mirrors in view are black, and the mean of such an image
+//! is lower than the mean by path tracing. In the scene staircase2, with a balustrade of glass, the
+//! mean is 3.1 % lower. In the 86 % of the pixels away from the glass it is equal within the noise
+//! (0.003 %).
 
+use super::connections::ShadowRays;
 use super::context::PassContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, EmissionSample};
 use crate::film::Film;
 use crate::geometry::{Ray, Segment, SurfacePoint, SurfaceRef};
-use crate::ids::MaterialId;
 use crate::lanes::{Vector, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream};
@@ -21,15 +24,14 @@ use crate::simd::set_bits;
 use crate::stats::Stats;
 use crate::transport::past_emitters;
 use crate::transport::stream::{
-    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
-    lanes_where, shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, follow_photons, lanes_where,
 };
-use crate::transport::walk::Previous;
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to balance the threads.
+/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to
+/// balance the threads.
 const PATHS_PER_TASK: u64 = 4096;
 
 /// A contribution to one pixel.
@@ -49,7 +51,8 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
-        // Each task has its own list of splats. The lists are added in order: any number of threads gives the same sums.
+        // Each task has its own list of splats. The lists are added in order: any number of threads
+        // gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
@@ -58,7 +61,7 @@ pub(super) fn render_pass(
                     guide: run.guide,
                     limits,
                     size,
-                    connections: Connections::default(),
+                    connections: ShadowRays::default(),
                     splats: Vec::new(),
                 };
                 if !run.cancelled() {
@@ -85,18 +88,9 @@ struct LightTracer<'s> {
     guide: &'s EmissionGuide,
     limits: PathLimits,
     size: UVec2,
-    connections: Connections,
+    /// Light on its way to the camera.
+    connections: ShadowRays<Splat>,
     splats: Vec<Splat>,
-}
-
-/// Light on its way to the camera, visibility not yet tested.
-#[derive(Default)]
-struct Connections {
-    segments: Vec<Segment>,
-    /// With the number of transparent surfaces that the segment may cross. Each is a vertex of the path.
-    splats: Vec<(Splat, u32)>,
-    /// By segment: whether an opaque surface blocks it.
-    occluded: Vec<bool>,
 }
 
 impl LightTracer<'_> {
@@ -107,16 +101,7 @@ impl LightTracer<'_> {
             let sampler = run.pass.sampler(Stream::Photon, index);
             walks.extend(self.start(sampler));
         }
-        follow_all(self.scene, walks, |walks, arrivals, next| {
-            let mut round = Round {
-                tracer: self,
-                walks,
-                arrivals,
-                next,
-            };
-            shade_packets(arrivals.runs(), &mut round);
-            self.add_visible();
-        });
+        follow_and_shade(self.scene, walks, self);
         self.add_visible();
     }
 
@@ -132,15 +117,8 @@ impl LightTracer<'_> {
         if let Some(y) = &start.surface {
             self.connect_emitter(&start, y, &mut sampler);
         }
-        Some(WalkRow {
-            ray: start.ray,
-            throughput: start.flux.to_array(),
-            eta_squared: 1.0,
-            segments: 0,
-            previous: Previous::start(start.ray.o),
-            sampler,
-            kept: (),
-        })
+        let flux = start.flux.to_array();
+        Some(WalkRow::start(start.ray, flux, sampler, ()))
     }
 
     fn connect_emitter(&mut self, start: &EmissionSample, y: &SurfacePoint, sampler: &mut Sampler) {
@@ -150,14 +128,15 @@ impl LightTracer<'_> {
         };
         let radiance = (scene.emitters).radiance(&scene.geometry, &scene.textures, y, seen.w);
         if !radiance.is_black() {
-            // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos| / pdf_area.
+            // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos|
+            // / pdf_area.
             let intensity = start.flux * (FRAC_1_PI * y.ng.dot(seen.w).abs());
             self.connect((y.at, y.offset_towards(seen.w)), 1, &seen, intensity);
         }
     }
 
-    /// Connects a point, given with the start of a ray to the sensor, by a path of `segments` segments. `intensity` is the radiant intensity
-    /// towards the sensor, in W/sr.
+    /// Connects a point, given with the start of a ray to the sensor, by a path of `segments`
+    /// segments. `intensity` is the radiant intensity towards the sensor, in W/sr.
     fn connect(
         &mut self,
         (at, from): (SurfaceRef, Vec3),
@@ -177,48 +156,33 @@ impl LightTracer<'_> {
         };
         if let Some(line) = line_of_sight(self.scene, self.limits, at, line) {
             let pixel = pixel.y as u32 * self.size.x + pixel.x as u32;
-            self.connections.segments.push(line);
             let crossings = self.limits.left_after(segments);
-            (self.connections.splats).push((Splat { pixel, value }, crossings));
+            (self.connections).push(line, crossings, Splat { pixel, value });
         }
     }
 
     /// Adds the connections that nothing blocks.
     fn add_visible(&mut self) {
-        let Connections {
-            segments,
-            splats,
-            occluded,
-        } = &mut self.connections;
-        self.scene.geometry.occluded_stream(segments, occluded);
-        let lines = segments.drain(..).zip(&*occluded);
-        for ((splat, max_crossings), (line, &is_occluded)) in splats.drain(..).zip(lines) {
-            if is_occluded {
-                continue;
-            }
-            let (transmittance, crossings) = self.scene.cross_transparent(&line);
+        let splats = &mut self.splats;
+        (self.connections).trace(self.scene, |splat, transmittance| {
             let value = splat.value * transmittance;
-            if !value.is_black() && crossings <= max_crossings {
-                self.splats.push(Splat { value, ..splat });
+            if !value.is_black() {
+                splats.push(Splat { value, ..splat });
             }
-        }
+        });
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 's> {
-    tracer: &'a mut LightTracer<'s>,
-    walks: &'a Walks<()>,
-    arrivals: &'a Arrivals,
-    next: &'a mut Walks<()>,
-}
-
-impl PacketShader for Round<'_, '_> {
+impl VertexShader<()> for LightTracer<'_> {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let lanes = used(packet.len());
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<()>,
+        lanes: Bits,
+        next: &mut Walks<()>,
+    ) {
+        let (scene, s) = (self.scene, v.w_prev.x.width());
         let mut generators = v.generators(s, walks);
         let u = generators.next_pair();
         let (p, u) = (v.x.p.store(), [u.x.store(), u.y.store()]);
@@ -229,19 +193,18 @@ impl PacketShader for Round<'_, '_> {
                 (scene.sensor).connect(p, [u[0].as_ref()[i], u[1].as_ref()[i]].into())
             }
         });
-        self.connect(s, &v, &seen, lanes);
-        let round = (walks, self.tracer.limits);
-        follow_photons(&v, round, lanes, generators, |_| (), self.next);
+        self.connect_vertices(v, walks, &seen, lanes);
+        follow_photons(v, (walks, self.limits), lanes, generators, |_| (), next);
     }
 }
 
-impl Round<'_, '_> {
+impl LightTracer<'_> {
     /// Connects the vertices in `lanes` with the sensor.
     #[inline(always)]
-    fn connect<S: Width>(
+    fn connect_vertices<S: Width>(
         &mut self,
-        s: S,
         v: &Vertices<S>,
+        walks: &Walks<()>,
         seen: &S::Each<Option<SensorConnection>>,
         lanes: Bits,
     ) {
@@ -250,10 +213,11 @@ impl Round<'_, '_> {
         if lanes == 0 {
             return;
         }
+        let s = v.w_prev.x.width();
         let w = Vector::from_fn(s, |i| seen(i).map_or(Vec3::Z, |seen| seen.w));
         let (f_cos, _) = v.bsdf.responses(v.w_prev, w, Lobes::FINITE);
         let cosines = w.dot(v.x.ng).abs() / v.w_prev.dot(v.x.ng).abs();
-        let intensity = self.walks.throughput(s, &v.index) * f_cos * cosines;
+        let intensity = walks.throughput(s, &v.index) * f_cos * cosines;
         let lit = lanes & (intensity.is_finite() & !intensity.is_black()).bits();
         let (intensity, from) = (intensity.store(), v.x.offset_towards(w).store());
         for i in set_bits(lit) {
@@ -261,14 +225,14 @@ impl Round<'_, '_> {
                 let from = (v.x.at.as_ref()[i], Vec3::from(lane(&from, i)));
                 let intensity = Rgb::from(lane(&intensity, i));
                 let segments = v.segments.as_ref()[i] + 1;
-                self.tracer.connect(from, segments, seen, intensity);
+                self.connect(from, segments, seen, intensity);
             }
         }
     }
 }
 
-/// The part of the line from the surface `at` to the camera on which surfaces occlude: hidden emitters before the first other surface do
-/// not. `None` if `at` is on such an emitter.
+/// The part of the line from the surface `at` to the camera on which surfaces occlude: hidden
+/// emitters before the first other surface do not. `None` if `at` is on such an emitter.
 pub(super) fn line_of_sight(
     scene: &Scene,
     limits: PathLimits,

@@ -21,18 +21,21 @@ pub struct StageMemory {
     pub bytes: u64,
 }
 
-/// Photon paths traced to estimate the number of photons per path, and the fraction of them on glossy surfaces.
+/// Photon paths traced to estimate the number of photons per path, and the fraction of them on
+/// glossy surfaces.
 const PROBES: u32 = 4096;
 /// Index of a pass that no render reaches, for renders without a limit of passes.
 const LATE_PASS: u32 = 1 << 24;
 /// Copies of particles in memory: lists of tasks before one list of all, and sorted copies after.
 const COPIES: f64 = 2.0;
-/// Factor on the fraction of glossy lights: placement by importance may prefer glossy surfaces. Unmeasured.
+/// Factor on the fraction of glossy lights: placement by importance may prefer glossy surfaces.
+/// Unmeasured.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
 impl Method {
-    /// Memory of a render of `passes` passes, or of one without end, stage by stage. `sums` is the number of sums over passes that are held
-    /// at once: see [`Film::bytes_for`]. Traces some photons.
+    /// Memory of a render of `passes` passes, or of one without end, stage by stage. `sums` is the
+    /// number of sums over passes that are held at once: see [`Film::bytes_for`]. Traces some
+    /// photons.
     pub fn memory(
         &self,
         scene: &Scene,

@@ -44,12 +44,13 @@ impl ExtraLayers {
 pub enum MethodKind {
     /// Path tracing with next-event estimation: the reference.
     Path,
-    /// Light tracing: photons splatted on the film. The adjoint of `Path` for light that reaches the camera without
-    /// specular events.
+    /// Light tracing: photons splatted on the film. The adjoint of `Path` for light that reaches
+    /// the camera without specular events.
     LightTracer,
     /// Direct light alone: path tracing to depth 2.
     Direct,
-    /// What the camera sees first: albedo, normal, depth and alpha, with [`ExtraLayers`] more; the beauty layer stays black.
+    /// What the camera sees first: albedo, normal, depth and alpha, with [`ExtraLayers`] more; the
+    /// beauty layer stays black.
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),

@@ -1,7 +1,7 @@
 //! The path partition: the film layer that a path belongs to. In words: docs/path_partition.md.
 //!
-//! Scattering *events* are classified, not surfaces. Along a camera path, `x` is the first vertex with a non-specular
-//! event, and `y` is the vertex after it:
+//! Scattering *events* are classified, not surfaces. Along a camera path, `x` is the first vertex
+//! with a non-specular event, and `y` is the vertex after it:
 //!
 //! | path | layer |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! A method at work on a scene, pass by pass.
 
 use super::context::PassContext;
-use super::many_light::PreparedPasses;
+use super::many_light::{PreparedPasses, with_fixed_effort};
 use super::method::{Method, MethodKind};
 use super::{aov, light_tracer, path};
 use crate::film::Film;
@@ -25,11 +25,12 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the seed and its index.
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the
+    /// seed and its index.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
         if let MethodKind::ManyLight(settings) = &mut self.method.kind {
-            *settings = settings.with_fixed_effort(scene, limits, run);
+            *settings = with_fixed_effort(settings, scene, limits, run);
         }
         if self.begins_batch(run.pass.index) {
             film.begin_batch();

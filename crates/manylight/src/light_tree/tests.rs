@@ -11,6 +11,7 @@ use crate::scene::{PathLimits, Scene};
 use crate::simd::{Isa, Simd, SimdKernel};
 use crate::testing::scenes::glossy_box;
 use crate::virtual_lights::moments::POINTS;
+use crate::virtual_lights::testing::candidates;
 use crate::virtual_lights::{
     GlossyForm, PhotonClusters, TableStorage, VirtualLights, assign, select,
 };
@@ -57,7 +58,7 @@ fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, V
             &PhotonClusters::single_photons(&sites),
         ),
         Some(form) => {
-            let (clusters, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            let (clusters, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
             VirtualLights::rich(scene, limits, &photons, &clusters, form)
         }
     };

@@ -1,13 +1,16 @@
-//! The compatibility test between a photon and a light: same material, same side, similar normal, near the tangent plane.
+//! The compatibility test between a photon and a light: same material, same side, similar normal,
+//! near the tangent plane.
 
 use crate::ids::MaterialId;
 use crate::math::Vec3;
 
-/// Smallest cosine between compatible normals on diffuse surfaces: 25°. Smaller angles separate facets of smooth objects, larger ones mix
-/// orientations. Unmeasured.
-const MIN_COS: f32 = 0.906_308;
-/// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness. Profiles evaluate the lobe of every photon about
-/// the photon's normal, so this limits the error of position and not that of direction. Unmeasured.
+/// Smallest cosine between normals on one diffuse surface: 25°. Smaller angles separate facets of
+/// smooth objects; larger ones mix orientations, so that photons of other surfaces bias the image.
+/// Unmeasured.
+pub(super) const MIN_COS: f32 = 0.906_308;
+/// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness.
+/// Profiles evaluate the lobe of every photon about the photon's normal, so this limits the error
+/// of position and not that of direction. Unmeasured.
 const ANGLE_PER_ALPHA: f32 = 2.0;
 /// Largest offset from the tangent plane relative to the distance. Unmeasured.
 const MAX_SLOPE: f32 = 0.15;
@@ -28,7 +31,8 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// The patch around `p` with unit normal `n`; `glossy_width` is the roughness of the narrowest glossy lobe, 1 without glossy lobes.
+    /// The patch around `p` with unit normal `n`; `glossy_width` is the roughness of the narrowest
+    /// glossy lobe, 1 without glossy lobes.
     pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_width: f32) -> Self {
         let angle = (ANGLE_PER_ALPHA * glossy_width).min(std::f32::consts::FRAC_PI_2);
         Patch {
@@ -39,8 +43,8 @@ impl Patch {
         }
     }
 
-    /// Squared distance in m² to the location `p` with unit normal `n`, in a metric stretched along the normals; never below the Euclidean
-    /// one. `None` if the location is not compatible.
+    /// Squared distance in m² to the location `p` with unit normal `n`, in a metric stretched along
+    /// the normals; never below the Euclidean one. `None` if the location is not compatible.
     #[inline]
     pub fn distance_squared(&self, p: Vec3, n: Vec3, material: MaterialId) -> Option<f32> {
         if material != self.material || n.dot(self.n) < self.min_cos {

@@ -1,32 +1,41 @@
-//! Boundary correction of density estimates: the fraction of the kernel's disc that is covered by the receiver's surface.
+//! Boundary correction of density estimates: the fraction of the kernel's disc that is covered by
+//! the receiver's surface.
 //!
-//! Beside an edge or on a thin tube, part of the disc is not on the surface and receives no photons: the estimate is too low there. Divided by
-//! the covered fraction, which short rays estimate, it keeps the flux.
+//! Beside an edge or on a thin tube, part of the disc is not on the surface and receives no
+//! photons: the estimate is too low there. Divided by the covered fraction, which short rays
+//! estimate, it keeps the flux.
 
 use super::density::DensityReceiver;
 use crate::geometry::{Geometry, Ray};
-use crate::math::Frame;
+use crate::math::{Frame, Vec3};
+use crate::sampling::rng;
 use std::f32::consts::TAU;
 
-/// Number of rays for estimates that the camera sees. More give less noise and take more time; not tuned by a measurement.
+/// Number of rays for estimates that the camera sees. More give less noise and take more time; not
+/// tuned by a measurement.
 pub const COVERAGE_PROBES: u32 = 16;
-/// Number of rays for estimates after the first gather point, where 16 rays take 7 to 12 percent more time in the scenes measured.
+/// Number of rays for estimates after the first gather point, where 16 rays take 7 to 12 percent
+/// more time in the scenes measured.
 pub const COVERAGE_PROBES_INDIRECT: u32 = 8;
 
-/// Fraction of the disc of the given radius (m) around the receiver that is covered by its surface, weighted by the Epanechnikov kernel; in
-/// (0, 1]. Estimated by `probes` short rays; `turn` in [0, 1) rotates their pattern.
+/// Fraction of the disc of the given radius (m) around the receiver that is covered by its surface,
+/// weighted by the Epanechnikov kernel; in (0, 1]. Estimated by `probes` short rays. A hash of
+/// `direction` turns their pattern: directions differ from pass to pass and do not depend on the
+/// unit of length.
 pub fn covered_fraction(
     geometry: &Geometry,
     receiver: DensityReceiver,
     radius: f32,
     probes: u32,
-    turn: f32,
+    direction: Vec3,
 ) -> f32 {
     let DensityReceiver { p, n } = receiver;
+    let turn = rng::unit(rng::key(direction.to_array()));
     let frame = Frame::from_normal(n);
     let height = receiver.slab(radius);
     let is_surface = |i: &u32| {
-        // Distances follow the Epanechnikov kernel, with the cumulative distribution 2s - s² over s = d²/r²; angles the golden ratio.
+        // Distances follow the Epanechnikov kernel, with the cumulative distribution 2s - s² over s
+        // = d²/r²; angles the golden ratio.
         let u = (*i as f32 + 0.5) / probes as f32;
         let distance = radius * (1.0 - (1.0 - u).sqrt()).sqrt();
         let (sin, cos) = ((turn + *i as f32 * 0.618_034).fract() * TAU).sin_cos();
@@ -47,7 +56,6 @@ pub fn covered_fraction(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
     use crate::testing::scenes::{Builder, diffuse};
 
     #[test]
@@ -63,7 +71,7 @@ mod tests {
                 DensityReceiver { p, n: Vec3::Z },
                 radius,
                 COVERAGE_PROBES,
-                0.3,
+                Vec3::Y,
             )
         };
         assert_eq!(at(0.0, 0.1), 1.0);

@@ -1,32 +1,46 @@
 //! Density estimates: importance from importons, reflected radiance from photons.
 //!
-//! The bandwidth is the distance of the K-th particle on any surface; only particles on the receiver's side and surface are summed. So the search
-//! stays local where other surfaces have all nearby particles, and the sum is unbiased.
+//! The bandwidth is the distance of the K-th particle on any surface; only particles on the
+//! receiver's side and surface are summed. So the search stays local where other surfaces have all
+//! nearby particles, and the sum is unbiased.
 
-use super::{DensityKernel, KdTree, Located, Neighbors};
+use super::compatible::MIN_COS;
+use super::{KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
+use std::f32::consts::FRAC_1_PI;
 
-/// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the image, not its mean; fewer neighbors take less
-/// time. Unmeasured.
+/// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the
+/// image, not its mean; fewer neighbors take less time. Unmeasured.
 pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
-/// Largest distance from the position of an estimate at which it is reused, relative to its bandwidth.
+/// Largest distance from the position of an estimate at which it is reused, relative to its
+/// bandwidth.
 const REUSE_RADIUS: f32 = 0.2;
 /// Smallest cosine between the normals of an estimate and its reuse: 8°.
 const REUSE_MIN_COS: f32 = 0.99;
-/// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one smooth object, and it excludes the other
-/// side of a wall.
+/// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one
+/// smooth object, and it excludes the other side of a wall.
 const IMPORTON_MIN_COS: f32 = 0.5;
 /// Largest distance of importons from the tangent plane relative to the bandwidth. Unmeasured.
 const IMPORTON_SLAB: f32 = 0.5;
-/// Smallest cosine between normals of photons on one surface: 25°, stricter because photons of other surfaces bias the image. Unmeasured.
-const PHOTON_MIN_COS: f32 = 0.906_308;
 /// Largest distance of photons from the tangent plane relative to the bandwidth. Unmeasured.
 const PHOTON_SLAB: f32 = 0.2;
 
-/// Incident importance per area at `p` on the side of the unit normal `n`, in 1/m²; never negative. Estimated from the K nearest importons with
-/// importance `Ψ_i` at distance `d_i` (Simon et al. 2015):
+/// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared distance
+/// `d2` within the squared radius `r2`; 0 for an empty disc. Unbiased for homogeneous particles,
+/// both for a fixed radius and for the distance of the K-th neighbor.
+#[inline]
+pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
+    if r2 <= 0.0 {
+        return 0.0;
+    }
+    2.0 * FRAC_1_PI / r2 * (1.0 - d2 / r2).max(0.0)
+}
+
+/// Incident importance per area at `p` on the side of the unit normal `n`, in 1/m²; never negative.
+/// Estimated from the K nearest importons with importance `Ψ_i` at distance `d_i` (Simon et al.
+/// 2015):
 ///
 /// ```text
 /// Ŵ(x) = 2/(π d_K²) Σ_i Ψ_i (1 − d_i²/d_K²)
@@ -43,16 +57,17 @@ pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut
         if n.dot(importon.n) >= IMPORTON_MIN_COS
             && height * height <= IMPORTON_SLAB * IMPORTON_SLAB * r2
         {
-            sum += importon.importance * DensityKernel::Epanechnikov.weight(d2, r2);
+            sum += importon.importance * epanechnikov(d2, r2);
         }
     }
     sum.max(0.0)
 }
 
-/// [`importance_at`] for a sequence of nearby positions: the last estimate is reused within a small part of its bandwidth.
+/// [`importance_at`] for a sequence of nearby positions: the last estimate is reused within a small
+/// part of its bandwidth.
 ///
-/// Where lights are placed, photons are many times as dense as importons, so that most searches would find the same importons. Takes a fifth of the
-/// time of separate estimates.
+/// Where lights are placed, photons are many times as dense as importons, so that most searches
+/// would find the same importons. Takes a fifth of the time of separate estimates.
 #[derive(Debug)]
 pub struct NearbyImportance<'m> {
     importons: &'m KdTree<Importon>,
@@ -69,6 +84,17 @@ impl<'m> NearbyImportance<'m> {
             found: Neighbors::new(IMPORTANCE_NEIGHBORS),
             last: None,
         }
+    }
+
+    /// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared
+    /// distance `d2` within the squared radius `r2`; 0 for an empty disc. Unbiased for homogeneous
+    /// particles, both for a fixed radius and for the distance of the K-th neighbor.
+    #[inline]
+    pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
+        if r2 <= 0.0 {
+            return 0.0;
+        }
+        2.0 * FRAC_1_PI / r2 * (1.0 - d2 / r2).max(0.0)
     }
 
     /// Incident importance per area at `p` on the side of the unit normal `n`, or nearby, in 1/m².
@@ -95,10 +121,12 @@ pub struct Bandwidth {
     pub share: f32,
 }
 
-/// Factor on the bandwidth in pass `pass` >= 1: `pass^(-1/6)`. Radii shrink so that the mean over passes is consistent; with squared radii in
-/// proportion to `pass^(-1/3)`, bias and standard deviation of the mean converge at the same rate.
+/// Factor on the bandwidth in pass `pass` >= 1: `pass^(-1/6)`. Radii shrink so that the mean over
+/// passes is consistent; with squared radii in proportion to `pass^(-1/3)`, bias and standard
+/// deviation of the mean converge at the same rate.
 ///
-/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
+/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011,
+/// with alpha = 2/3.
 pub fn progressive_radius_scale(pass: u32) -> f32 {
     (pass as f32).powf(-1.0 / 6.0)
 }
@@ -113,23 +141,29 @@ pub struct DensityReceiver {
 }
 
 impl DensityReceiver {
-    /// Largest distance from the tangent plane, in m, of points on the receiver's surface within `radius`.
+    /// Largest distance from the tangent plane, in m, of points on the receiver's surface within
+    /// `radius`.
     #[inline]
     pub fn slab(&self, radius: f32) -> f32 {
         PHOTON_SLAB * radius
     }
 
-    /// Whether the point `p` within `radius`, with unit normal `n` on its lit side, is on the receiver's surface.
+    /// Whether the point `p` within `radius`, with unit normal `n` on its lit side, is on the
+    /// receiver's surface.
     #[inline]
     pub fn shares_surface(&self, p: Vec3, n: Vec3, radius: f32) -> bool {
-        self.n.dot(n) >= PHOTON_MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
+        self.n.dot(n) >= MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
     }
 }
 
-/// A particle on a surface.
+/// A photon that arrives on a surface; the values are those of [`Photon`].
 pub trait OnSurface: Located {
     /// Geometric normal on the side from which it arrives, unit.
     fn normal(&self) -> Vec3;
+    /// Unit direction to the previous vertex.
+    fn wi(&self) -> Vec3;
+    /// Number of segments from the emitter.
+    fn depth(&self) -> u32;
 }
 
 impl OnSurface for Photon {
@@ -137,10 +171,19 @@ impl OnSurface for Photon {
     fn normal(&self) -> Vec3 {
         self.n
     }
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.wi
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        u32::from(self.depth)
+    }
 }
 
-/// Calls `visit` with each of the nearest photons on the receiver's side and surface and its kernel weight in 1/m²: `Σ weight · flux · f` estimates
-/// reflected radiance. K is the size of `found`. Returns the radius of the kernel in m.
+/// Calls `visit` with each of the nearest photons on the receiver's side and surface and its kernel
+/// weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance. K is the size of `found`.
+/// Returns the radius of the kernel in m.
 pub fn density_estimate<'m, P: OnSurface + Sync>(
     photons: &'m KdTree<P>,
     receiver: DensityReceiver,
@@ -153,7 +196,7 @@ pub fn density_estimate<'m, P: OnSurface + Sync>(
     for (i, d2) in found.iter() {
         let item = &photons.items()[i as usize];
         if receiver.shares_surface(item.position(), item.normal(), radius) {
-            let weight = DensityKernel::Epanechnikov.weight(d2, radius * radius);
+            let weight = epanechnikov(d2, radius * radius);
             if weight > 0.0 {
                 visit(item, weight);
             }
@@ -176,8 +219,31 @@ mod tests {
         }
     }
 
-    /// Mean of `sum / true density` over homogeneous point sets on the unit square, seen from its center.
-    fn mean_density(kernel: DensityKernel, k: usize, trials: usize) -> f64 {
+    /// A kernel with equal weights. With the distance of the K-th neighbor, the density is
+    /// overestimated by the factor K/(K-1).
+    fn constant(_: f32, r2: f32) -> f32 {
+        FRAC_1_PI / r2
+    }
+
+    #[test]
+    fn kernels_integrate_to_one_over_the_disc() {
+        let (r, steps) = (0.3f32, 10_000);
+        for kernel in [constant, epanechnikov] {
+            let sum: f64 = (0..steps)
+                .map(|i| {
+                    let d = r * (i as f32 + 0.5) / steps as f32;
+                    let ring =
+                        std::f64::consts::TAU * f64::from(d) * f64::from(r) / f64::from(steps);
+                    ring * f64::from(kernel(d * d, r * r))
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+        }
+    }
+
+    /// Mean of `sum / true density` over homogeneous point sets on the unit square, seen from its
+    /// center.
+    fn mean_density(kernel: fn(f32, f32) -> f32, k: usize, trials: usize) -> f64 {
         let count = 400;
         let mut rng = Pcg::new(11);
         let mut found = Neighbors::new(k);
@@ -191,20 +257,21 @@ mod tests {
             let r2 = found.radius_squared();
             sum += found
                 .iter()
-                .map(|(_, d2)| f64::from(kernel.weight(d2, r2)))
+                .map(|(_, d2)| f64::from(kernel(d2, r2)))
                 .sum::<f64>();
         }
         sum / trials as f64 / count as f64
     }
 
-    /// With `count` points in the square instead of a Poisson process, E[(K-1)/(π d_K²)] is exactly the
-    /// density (order statistics of a Beta variable). The standard error is 1/sqrt(K-2) per trial, 0.19 % here.
+    /// With `count` points in the square instead of a Poisson process, E[(K-1)/(π d_K²)] is exactly
+    /// the density (order statistics of a Beta variable). The standard error is 1/sqrt(K-2) per
+    /// trial, 0.19 % here.
     #[test]
     fn epanechnikov_is_unbiased_and_the_constant_kernel_is_not() {
         let k = 30;
-        let epanechnikov = mean_density(DensityKernel::Epanechnikov, k, 10_000);
+        let epanechnikov = mean_density(epanechnikov, k, 10_000);
         assert!((epanechnikov - 1.0).abs() < 0.005, "{epanechnikov}");
-        let constant = mean_density(DensityKernel::Constant, k, 10_000);
+        let constant = mean_density(constant, k, 10_000);
         let expected = k as f64 / (k as f64 - 1.0);
         assert!(
             (constant - expected).abs() < 0.005,

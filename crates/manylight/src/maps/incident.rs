@@ -1,5 +1,7 @@
-//! Photons that arrive straight from the environment: they guide the search for its light around them.
+//! Photons that arrive straight from the environment: they guide the search for its light around
+//! them.
 
+use super::compatible::MIN_COS;
 use super::{KdTree, Located, Neighbors};
 use crate::bsdf::Lobes;
 use crate::emitters::EnvironmentLobes;
@@ -7,9 +9,8 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::scene::Scene;
 
-/// Smallest cosine between the normals of the point and of photons on its surface: 25°.
-const MIN_COS: f32 = 0.906_308;
-/// Number of photons above which only a regular subset is stored. Directions vary slowly over a surface; fewer photons save memory and time. Unmeasured.
+/// Number of photons above which only a regular subset is stored. Directions vary slowly over a
+/// surface; fewer photons save memory and time. Unmeasured.
 const MAX_PHOTONS: usize = 1 << 18;
 
 /// Position and direction of an arriving photon.
@@ -45,8 +46,8 @@ impl IncidentMap {
         }
     }
 
-    /// A map of the photons that arrive straight from the environment; empty if the scene has only directional infinite lights or none. (Emitters
-    /// inside the scene are sampled by area.)
+    /// A map of the photons that arrive straight from the environment; empty if the scene has only
+    /// directional infinite lights or none. (Emitters inside the scene are sampled by area.)
     pub fn of_environment(scene: &Scene, photons: &[Photon]) -> Self {
         let bounds = scene.geometry.bounds();
         let is_from_environment = |photon: &&Photon| {
@@ -67,7 +68,8 @@ impl IncidentMap {
         IncidentMap::new(&incidents)
     }
 
-    /// The density at `p` on the side of the unit normal `n`; `None` with fewer than 4 photons there. The size of `found` is at most
+    /// The density at `p` on the side of the unit normal `n`; `None` with fewer than 4 photons
+    /// there. The size of `found` is at most
     /// [`MAX_ENVIRONMENT_LOBES`](crate::emitters::MAX_ENVIRONMENT_LOBES).
     pub fn around(&self, p: Vec3, n: Vec3, found: &mut Neighbors) -> Option<EnvironmentLobes> {
         if self.photons.items().is_empty() {

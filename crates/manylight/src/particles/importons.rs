@@ -1,27 +1,27 @@
-//! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
+//! Importons: importance incident at surfaces, traced from the camera by way of the points at which
+//! virtual lights are summed.
 
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
-use crate::ids::MaterialId;
-use crate::lanes::{Color, Width, lane};
+use crate::lanes::{Float, Width, lane};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
-use crate::transport::past_emitters;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
-    shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, lanes_where,
 };
-use crate::transport::walk::Previous;
+use crate::transport::walk::{MAX_SPECULAR_SEGMENTS, visible_part};
 use std::ops::Range;
 
-/// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
+/// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the
+/// image.
 #[derive(Clone, Copy, Debug)]
 pub struct Importon {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting surface, on the other side.
+    /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting
+    /// surface, on the other side.
     pub n: Vec3,
     /// Unit direction to the gather point.
     pub wo: Vec3,
@@ -29,13 +29,11 @@ pub struct Importon {
     pub importance: f32,
 }
 
-/// Largest number of segments of a specular chain; longer ones contribute little.
-const MAX_SPECULAR_SEGMENTS: u32 = 64;
-
 /// Traces `path_count` camera paths through uniform film positions.
 ///
-/// Each path follows specular events to a gather point, samples a non-specular event there, and deposits an importon at the next surface: a
-/// virtual light there illuminates the gather point (`Ŵ(x3)` in Simon et al. 2015). It ends there, as photons cover the rest of the transport.
+/// Each path follows specular events to a gather point, samples a non-specular event there, and
+/// deposits an importon at the next surface: a virtual light there illuminates the gather point
+/// (`Ŵ(x3)` in Simon et al. 2015). It ends there, as photons cover the rest of the transport.
 pub fn trace_importons(
     scene: &Scene,
     limits: PathLimits,
@@ -61,25 +59,15 @@ struct PathTracer<'a> {
 impl PathTracer<'_> {
     /// Traces paths, and returns their importons with the index of their path.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Importon)> {
-        let mut stored = Vec::new();
-        follow_all(
-            self.scene,
-            self.start(pass, paths),
-            |walks, arrivals, next| {
-                let mut round = Round {
-                    tracer: self,
-                    walks,
-                    arrivals,
-                    next,
-                    stored: &mut stored,
-                };
-                shade_packets(arrivals.runs(), &mut round);
-            },
-        );
-        stored
+        let mut importons = StoredImportons {
+            limits: self.limits,
+            stored: Vec::new(),
+        };
+        follow_and_shade(self.scene, self.start(pass, paths), &mut importons);
+        importons.stored
     }
 
-    /// The paths at the camera. What they keep is their index.
+    /// The paths at the camera. They carry their index.
     fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<u32> {
         let scene = self.scene;
         let size = scene.sensor.desc().film.crop_size.as_vec2();
@@ -88,61 +76,53 @@ impl PathTracer<'_> {
             let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
             let film_position: Vec2 = sampler.next_2d() * size;
             let camera = scene.sensor.ray(film_position, sampler.next_2d());
-            walks.push(WalkRow {
-                ray: match self.limits.hide_emitters {
-                    true => past_emitters(scene, camera.ray),
-                    false => camera.ray,
-                },
-                throughput: [camera.weight * self.path_fraction; 3],
-                eta_squared: 1.0,
-                segments: 0,
-                previous: Previous::start(camera.ray.o),
-                sampler,
-                kept: index,
-            });
+            let (ray, _) = visible_part(scene, self.limits.hide_emitters, camera.ray);
+            let throughput = [camera.weight * self.path_fraction; 3];
+            walks.push(WalkRow::start(ray, throughput, sampler, index));
         }
         walks
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 'o> {
-    tracer: &'a PathTracer<'a>,
-    walks: &'a Walks<u32>,
-    arrivals: &'a Arrivals,
-    next: &'o mut Walks<u32>,
-    /// Importons with the index of their path.
-    stored: &'o mut Vec<(u32, Importon)>,
+/// The importons of the paths of a task.
+struct StoredImportons {
+    limits: PathLimits,
+    /// With the index of their path.
+    stored: Vec<(u32, Importon)>,
 }
 
-impl PacketShader for Round<'_, '_> {
+impl VertexShader<u32> for StoredImportons {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let used = used(packet.len());
-        let gathered = lanes_where(used, |i| {
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<u32>,
+        lanes: Bits,
+        next: &mut Walks<u32>,
+    ) {
+        let gathered = lanes_where(lanes, |i| {
             walks.event(v.index.as_ref()[i]).has(Lobes::NON_SPECULAR)
         });
-        self.store(s, &v, gathered);
-        self.advance(s, &v, used, gathered);
+        self.store(v, walks, gathered);
+        advance(self.limits, v, walks, (lanes, gathered), next);
     }
 }
 
-impl Round<'_, '_> {
+impl StoredImportons {
     /// Stores the importons of the paths that come from a gather point, the lanes `gathered`.
     #[inline(always)]
-    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, gathered: Bits) {
+    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<u32>, gathered: Bits) {
         let receives = gathered & v.bsdf.has(Lobes::NON_SPECULAR).bits();
         if receives == 0 {
             return;
         }
         let transmits = v.bsdf.transmitting().bits();
-        let importance = self.walks.throughput(s, &v.index).luminance().store();
+        let s = v.w_prev.x.width();
+        let importance = walks.throughput(s, &v.index).luminance().store();
         let n = v.x.normals_towards(v.w_prev).store();
         let (p, wo) = (v.x.p.store(), v.w_prev.store());
         for i in set_bits(receives) {
-            let path = self.walks.kept[v.index.as_ref()[i] as usize];
+            let path = v.payload(walks, i);
             let importon = Importon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -157,58 +137,41 @@ impl Round<'_, '_> {
             }
         }
     }
+}
 
-    /// Scatters the paths, and appends those that go on.
-    #[inline(always)]
-    fn advance<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits, gathered: Bits) {
-        let (walks, limits) = (self.walks, self.tracer.limits);
-        // A light here lengthens the path by at least its own connection and one photon segment.
-        let goes_on = lanes_where(used, |i| limits.allow(v.segments.as_ref()[i] + 2));
-        if goes_on == 0 {
-            return;
-        }
-        let mut generators = v.generators(s, walks);
-        let mut throughput = walks.throughput(s, &v.index);
-        let u_through = generators.next();
-        let mut passes = 0;
-        if let Some((through, factor)) = v.passes(u_through, goes_on) {
-            passes = through;
-            throughput = throughput * factor;
-            let kept = (passes, |i| v.kept(walks, i));
-            v.pass_through(walks, self.next, throughput, &generators, kept);
-        }
-        let scatters = lanes_where(goes_on & !passes & !gathered, |i| {
-            v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
-        });
-        if scatters != 0 {
-            self.scatter(v, throughput, generators, scatters);
-        }
+/// Appends the paths in `lanes` that go on to `next`. Those that come from a gather point,
+/// `gathered`, do not scatter.
+#[inline(always)]
+fn advance<S: Width>(
+    limits: PathLimits,
+    v: &Vertices<S>,
+    walks: &Walks<u32>,
+    (lanes, gathered): (Bits, Bits),
+    next: &mut Walks<u32>,
+) {
+    // A light here lengthens the path by at least its own connection and one photon segment.
+    let goes_on = lanes_where(lanes, |i| limits.allow(v.segments.as_ref()[i] + 2));
+    if goes_on == 0 {
+        return;
     }
-
-    /// Samples the next directions in the lanes `scatters`.
-    #[inline(always)]
-    fn scatter<S: Width>(
-        &mut self,
-        v: &Vertices<S>,
-        throughput: Color<S>,
-        mut generators: Generators<S>,
-        scatters: Bits,
-    ) {
-        let numbers = generators.next_bsdf();
-        let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
-        let alive = sample.valid & !sample.weight.is_black();
-        let throughput = (throughput * sample.weight).store();
-        let scattered = v.scattered(&sample);
-        for i in set_bits(alive.bits() & scatters) {
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&throughput, i),
-                eta_squared: 1.0,
-                segments: v.segments.as_ref()[i],
-                previous: scattered.previous(i, None),
-                sampler: generators.get(i),
-                kept: self.walks.kept[v.index.as_ref()[i] as usize],
-            });
-        }
+    let s = v.w_prev.x.width();
+    let mut generators = v.generators(s, walks);
+    let mut throughput = walks.throughput(s, &v.index);
+    let path = |i| v.payload(walks, i);
+    let state = (&mut throughput, &mut generators);
+    let scatters = v.pass_through(walks, next, state, goes_on, path);
+    let scatters = lanes_where(scatters & !gathered, |i| {
+        v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
+    });
+    if scatters == 0 {
+        return;
+    }
+    let numbers = generators.next_bsdf();
+    let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
+    let alive = sample.valid & !sample.weight.is_black();
+    let one = Float::splat(s, 1.0);
+    let segments = v.next_segments(&sample, throughput * sample.weight, one);
+    for i in set_bits(alive.bits() & scatters) {
+        next.push(segments.row(i, generators.get(i), path(i)));
     }
 }

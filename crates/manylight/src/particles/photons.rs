@@ -5,20 +5,18 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
-use crate::ids::MaterialId;
 use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::stream::{
-    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
-    lanes_where, shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, follow_photons, lanes_where,
 };
-use crate::transport::walk::Previous;
 use std::ops::Range;
 
-/// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
+/// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any
+/// function `h`
 ///
 /// ```text
 /// E[Σ_j Φ_j h(p_j, wi_j)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA
@@ -33,8 +31,8 @@ pub struct Photon {
     pub wi: Vec3,
     /// Flux `Φ`, in W.
     pub flux: Rgb,
-    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`, in W: the flux of the diffuse lobes before the exit
-    /// transmittance.
+    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`, in W: the
+    /// flux of the diffuse lobes before the exit transmittance.
     pub diffuse_flux: Rgb,
     /// Position of the previous vertex; for infinite lights a point outside of the scene.
     pub prev: Vec3,
@@ -44,7 +42,8 @@ pub struct Photon {
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
-    /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the emitter.
+    /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the
+    /// emitter.
     pub origin: Lobes,
 }
 
@@ -54,8 +53,8 @@ impl AsRef<Photon> for Photon {
     }
 }
 
-/// Index of the photon at the vertex from which photon `j` was scattered by non-specular lobes, in a list from [`trace_photons`]; `None` if it came
-/// from an emitter or a specular event.
+/// Index of the photon at the vertex from which photon `j` was scattered by non-specular lobes, in
+/// a list from [`trace_photons`]; `None` if it came from an emitter or a specular event.
 pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
     let child = &photons[j];
     if !child.event.has(Lobes::NON_SPECULAR) {
@@ -68,20 +67,24 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
         .find(|&i| photons[i].p == child.prev)
 }
 
-/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon on a surface with the lobes `surface`, after
-/// an event of the given class; `None` on surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
-/// those that glossy lobes reflect, which compensate clamping.
+/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a
+/// photon on a surface with the lobes `surface`, after an event of the given class; `None` on
+/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2
+/// segments, a photon of m + 1: caustic photons, and those that glossy lobes reflect, which
+/// compensate clamping.
 pub fn usable_by_virtual_lights(surface: Lobes, event: Lobes) -> Option<u32> {
     let is_estimate = event.has(Lobes::SPECULAR) || event.has(Lobes::GLOSSY);
     let segments = if is_estimate { 1 } else { 2 };
     surface.has(Lobes::NON_SPECULAR).then_some(segments)
 }
 
-/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for the lobes of a surface and
-/// the class of the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
+/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful:
+/// `segments_added` returns, for the lobes of a surface and the class of the previous event, the
+/// smallest number of segments that a camera path adds, or `None` for a useless photon.
 ///
-/// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of which every extended path would exceed `limits`
-/// are left out. The list is in path order, the same for any number of threads.
+/// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of
+/// which every extended path would exceed `limits` are left out. The list is in path order, the
+/// same for any number of threads.
 pub fn trace_photons(
     scene: &Scene,
     guide: &EmissionGuide,
@@ -110,7 +113,7 @@ struct PathTracer<'a, F> {
     segments_added: F,
 }
 
-/// What a photon path keeps.
+/// What a photon path carries.
 #[derive(Clone, Copy, Debug)]
 struct PhotonPath {
     index: u32,
@@ -121,22 +124,12 @@ struct PhotonPath {
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
     /// Traces paths, and returns their photons with the index of their path.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Photon)> {
-        let mut stored = Vec::new();
-        follow_all(
-            self.scene,
-            self.start(pass, paths),
-            |walks, arrivals, next| {
-                let mut round = Round {
-                    tracer: self,
-                    walks,
-                    arrivals,
-                    next,
-                    stored: &mut stored,
-                };
-                shade_packets(arrivals.runs(), &mut round);
-            },
-        );
-        stored
+        let mut photons = StoredPhotons {
+            tracer: self,
+            stored: Vec::new(),
+        };
+        follow_and_shade(self.scene, self.start(pass, paths), &mut photons);
+        photons.stored
     }
 
     /// The paths at their emitters.
@@ -153,52 +146,46 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
             );
             if let Some(start) = start {
                 let origin = Lobes::NONE;
-                walks.push(WalkRow {
-                    ray: start.ray,
-                    throughput: (start.flux * self.path_fraction).to_array(),
-                    eta_squared: 1.0,
-                    segments: 0,
-                    previous: Previous::start(start.ray.o),
-                    sampler,
-                    kept: PhotonPath { index, origin },
-                });
+                let flux = (start.flux * self.path_fraction).to_array();
+                let path = PhotonPath { index, origin };
+                walks.push(WalkRow::start(start.ray, flux, sampler, path));
             }
         }
         walks
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 'o, F> {
+/// The photons of the paths of a task.
+struct StoredPhotons<'a, F> {
     tracer: &'a PathTracer<'a, F>,
-    walks: &'a Walks<PhotonPath>,
-    arrivals: &'a Arrivals,
-    next: &'o mut Walks<PhotonPath>,
-    /// Photons with the index of their path.
-    stored: &'o mut Vec<(u32, Photon)>,
+    /// With the index of their path.
+    stored: Vec<(u32, Photon)>,
 }
 
-impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> VertexShader<PhotonPath> for StoredPhotons<'_, F> {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let used = used(packet.len());
-        self.store(s, &v, used);
-        let generators = v.generators(s, walks);
-        let kept = |i: usize| Self::path_at(walks, v.index.as_ref()[i]);
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<PhotonPath>,
+        lanes: Bits,
+        next: &mut Walks<PhotonPath>,
+    ) {
+        self.store(v, walks, lanes);
+        let generators = v.generators(v.w_prev.x.width(), walks);
+        let path = |i: usize| path_at(walks, v.index.as_ref()[i]);
         let round = (walks, self.tracer.limits);
-        follow_photons(&v, round, used, generators, kept, self.next);
+        follow_photons(v, round, lanes, generators, path, next);
     }
 }
 
-impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
     /// Stores the photons at the vertices where they are useful.
     #[inline(always)]
-    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits) {
-        let (tracer, walks) = (self.tracer, self.walks);
+    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<PhotonPath>, lanes: Bits) {
+        let tracer = self.tracer;
         let surfaces = v.bsdf.lobes_each();
-        let useful = lanes_where(used, |i| {
+        let useful = lanes_where(lanes, |i| {
             let event = walks.event(v.index.as_ref()[i]);
             let added = (tracer.segments_added)(surfaces.as_ref()[i], event);
             added.is_some_and(|added| tracer.limits.allow(v.segments.as_ref()[i] + added))
@@ -206,13 +193,13 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         if useful == 0 {
             return;
         }
-        let flux = walks.throughput(s, &v.index);
+        let flux = walks.throughput(v.w_prev.x.width(), &v.index);
         let diffuse_flux = (flux * v.bsdf.diffuse_weights(v.w_prev)).store();
         let n = v.x.normals_towards(v.w_prev).store();
         let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
         for i in set_bits(useful) {
             let walk = v.index.as_ref()[i];
-            let (previous, path) = (&walks.previous[walk as usize], Self::path_at(walks, walk));
+            let (previous, path) = (&walks.previous[walk as usize], path_at(walks, walk));
             let photon = Photon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -228,15 +215,15 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
             self.stored.push((path.index, photon));
         }
     }
+}
 
-    /// The path of a walk, with the class of its last event.
-    #[inline(always)]
-    fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
-        let (event, path) = (walks.event(walk), walks.kept[walk as usize]);
-        let origin = match event.has(Lobes::SPECULAR) {
-            true => path.origin,
-            false => event,
-        };
-        PhotonPath { origin, ..path }
-    }
+/// The path of a walk, with the class of its last event.
+#[inline(always)]
+fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
+    let (event, path) = (walks.event(walk), walks.payload[walk as usize]);
+    let origin = match event.has(Lobes::SPECULAR) {
+        true => path.origin,
+        false => event,
+    };
+    PhotonPath { origin, ..path }
 }

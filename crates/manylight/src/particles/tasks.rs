@@ -6,8 +6,9 @@ use std::ops::Range;
 /// Number of paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 
-/// The particles of `path_count` paths, in path order for any number of threads. `trace` returns those of a range of paths, each with the
-/// index of its path; those of one path are in their order.
+/// The particles of `path_count` paths, in path order for any number of threads. `trace` returns
+/// those of a range of paths, each with the index of its path; those of one path are in their
+/// order.
 pub(super) fn in_path_order<P: Send>(
     path_count: u32,
     trace: impl Fn(Range<u32>) -> Vec<(u32, P)> + Sync,

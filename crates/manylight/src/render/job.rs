@@ -12,7 +12,8 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Least number of passes after which [`Film::relative_error`] may end a render: a variance estimated from fewer is too noisy.
+/// Least number of passes after which [`Film::relative_error`] may end a render: a variance
+/// estimated from fewer is too noisy.
 const MIN_PASSES_FOR_ERROR: u32 = 4;
 
 /// The end of a render: at the first limit that is reached. At least one pass is always made.
@@ -37,7 +38,8 @@ pub struct RenderJob<'s> {
     pub budget: Budget,
     /// The same seed gives the same bits, for any number of threads.
     pub seed: u64,
-    /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP). Another number rounds otherwise.
+    /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP).
+    /// Another number rounds otherwise.
     pub block: NonZeroU32,
 }
 
@@ -74,7 +76,8 @@ pub struct Outcome {
     pub stop: Stop,
 }
 
-/// Renders `scene` within its own path limits and returns the film. [`render()`] adds cancellation, counters and an observer.
+/// Renders `scene` within its own path limits and returns the film. [`render()`] adds cancellation,
+/// counters and an observer.
 pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -> Film {
     let job = RenderJob {
         scene,
@@ -91,8 +94,8 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
     render(&job, &Stats::default(), &never, &mut ()).film
 }
 
-/// Renders `job` on the current `rayon` pool. `cancel` may become true at any time: the unfinished pass is dropped then, unless
-/// it is the first. Other threads may read `stats` meanwhile.
+/// Renders `job` on the current `rayon` pool. `cancel` may become true at any time: the unfinished
+/// pass is dropped then, unless it is the first. Other threads may read `stats` meanwhile.
 pub fn render(
     job: &RenderJob,
     stats: &Stats,
@@ -102,8 +105,8 @@ pub fn render(
     resume(job, job.film(0), Duration::ZERO, stats, cancel, observer)
 }
 
-/// [`render()`] from a film of `job` that has some passes, after which `elapsed` had passed. The result has the same bits as that of
-/// a render without a break.
+/// [`render()`] from a film of `job` that has some passes, after which `elapsed` had passed. The
+/// result has the same bits as that of a render without a break.
 pub fn resume(
     job: &RenderJob,
     mut film: Film,
@@ -134,8 +137,9 @@ pub fn resume(
     Outcome { film, stop }
 }
 
-/// Renders blocks of passes apart from the others. The last block of the render ends with the budget's passes; other limits are
-/// ignored. `None` if it was cancelled. The observer gets the film of each block.
+/// Renders blocks of passes apart from the others. The last block of the render ends with the
+/// budget's passes; other limits are ignored. `None` if it was cancelled. The observer gets the
+/// film of each block.
 pub fn render_blocks(
     job: &RenderJob,
     blocks: Range<u32>,

@@ -1,7 +1,7 @@
-//! Random walks of camera paths, photons and importons, as streams; next-event estimation; Russian roulette.
+//! Random walks of camera paths, photons and importons, as streams; next-event estimation; Russian
+//! roulette.
 
 pub mod direct;
-mod numbers;
 pub mod roulette;
 pub(crate) mod stream;
 #[cfg(test)]

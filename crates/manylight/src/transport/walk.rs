@@ -1,16 +1,21 @@
-//! A single walk from the camera, its vertices, and the state between two segments that it shares with streams (`stream`).
+//! A single walk from the camera, its vertices, and the state between two segments that it shares
+//! with streams (`stream`).
 
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 
+/// Most segments of a camera path by specular events: longer ones would carry hardly any light.
+pub(crate) const MAX_SPECULAR_SEGMENTS: u32 = 64;
+
 /// The last scattering event of a walk, or its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Previous {
     /// Position, in m.
     pub p: Vec3,
-    /// Normal by which next-event estimation chooses emitters there; see [`Bsdf::receiving_normal`].
+    /// Normal by which next-event estimation chooses emitters there; see
+    /// [`Bsdf::receiving_normal`].
     pub n: Option<Vec3>,
     /// Class of the sampled lobe; [`Lobes::NONE`] at the start.
     pub event: Lobes,
@@ -30,7 +35,8 @@ impl Previous {
     }
 }
 
-/// A walk from the camera: the only one that advances one vertex at a time, for the maps of interim results.
+/// A walk from the camera: the only one that advances one vertex at a time, for the maps of interim
+/// results.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
     scene: &'s Scene,
@@ -54,7 +60,8 @@ pub struct Vertex<'s> {
 }
 
 impl<'s> Walk<'s> {
-    /// A walk along a camera ray. With [`PathLimits::hide_emitters`], it sees no emitters before the first other surface.
+    /// A walk along a camera ray. With [`PathLimits::hide_emitters`], it sees no emitters before
+    /// the first other surface.
     pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray) -> Self {
         let (ray, _) = visible_part(scene, limits.hide_emitters, ray);
         Walk {
@@ -79,7 +86,8 @@ impl<'s> Walk<'s> {
         })
     }
 
-    /// Continues straight through `v` with the probability of its straight-through transmittance. `false`: the walk scatters here.
+    /// Continues straight through `v` with the probability of its straight-through transmittance.
+    /// `false`: the walk scatters here.
     pub fn pass_through(&mut self, v: &Vertex, u: f32) -> bool {
         let passes = u < v.bsdf.transmittance(v.w_prev).max_channel().min(1.0);
         if passes {
@@ -102,7 +110,8 @@ impl<'s> Walk<'s> {
     }
 }
 
-/// The part of a camera ray that the camera sees, and the length in m of the part before it: [`past_emitters`] if these are hidden.
+/// The part of a camera ray that the camera sees, and the length in m of the part before it:
+/// [`past_emitters`] if these are hidden.
 pub(crate) fn visible_part(scene: &Scene, hides_emitters: bool, ray: Ray) -> (Ray, f32) {
     if !hides_emitters {
         return (ray, 0.0);
@@ -111,9 +120,9 @@ pub(crate) fn visible_part(scene: &Scene, hides_emitters: bool, ray: Ray) -> (Ra
     (visible, (visible.o - ray.o).length())
 }
 
-/// The part of a camera ray behind the emitters that it meets before any other surface. This is Mitsuba's rule for hidden
-/// emitters: the camera sees what lies behind them, from any side. Behind the first other surface, masks and thin glass
-/// included, emitters are seen.
+/// The part of a camera ray behind the emitters that it meets before any other surface. This is
+/// Mitsuba's rule for hidden emitters: the camera sees what lies behind them, from any side. Behind
+/// the first other surface, masks and thin glass included, emitters are seen.
 #[must_use]
 pub fn past_emitters(scene: &Scene, mut ray: Ray) -> Ray {
     while let Some(hit) = scene.geometry.intersect(&ray) {

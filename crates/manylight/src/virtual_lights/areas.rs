@@ -1,4 +1,5 @@
-//! Surface per light, from the spacing of the lights: the area `A` that bounds the geometry term of a point light.
+//! Surface per light, from the spacing of the lights: the area `A` that bounds the geometry term of
+//! a point light.
 
 use super::clusters::PhotonClusters;
 use crate::maps::{KdTree, Neighbors};
@@ -6,8 +7,8 @@ use crate::math::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-/// Number of neighbors in the density estimate around a light; the light itself is one of them. More neighbors give less noisy and more
-/// blurred areas. Unmeasured.
+/// Number of neighbors in the density estimate around a light; the light itself is one of them.
+/// More neighbors give less noisy and more blurred areas. Unmeasured.
 const AREA_NEIGHBORS: usize = 9;
 
 /// The density of lights around any position.
@@ -56,7 +57,8 @@ impl LightAreas {
         self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
     }
 
-    /// Area of the disc that reaches to the last neighbor, divided by the number of neighbors, of which the first `own` are not counted.
+    /// Area of the disc that reaches to the last neighbor, divided by the number of neighbors, of
+    /// which the first `own` are not counted.
     fn area_per_light(&self, p: Vec3, own: usize, found: &mut Neighbors) -> f32 {
         self.positions.nearest(p, f32::INFINITY, found);
         let others = (found.len() as f32 - own as f32).max(1.0);

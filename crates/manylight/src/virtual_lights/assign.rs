@@ -1,39 +1,42 @@
 //! Flux, rule 1: a partition of the photons among the lights.
 //!
-//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ Φ_j` in every realization and for any
-//! placement. (The paper estimates densities instead: see [`density`](super::density).) Photons without such a light are unassigned;
-//! they are thinned without bias into additional lights of one photon each.
+//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ
+//! Φ_j` in every realization and for any placement. (The paper estimates densities instead: see
+//! [`density`](super::density).) Photons without such a light are unassigned; they are thinned
+//! without bias into additional lights of one photon each.
 
+use super::candidates::Candidates;
 use super::clusters::PhotonClusters;
-use super::curve::Curve;
 use super::nearest_light::{NearestLights, UNASSIGNED};
 use super::select::{Site, WEIGHT_FLOOR, defensive_weights};
 use super::surfaces::{SurfaceLocation, Surfaces};
-use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
-/// Largest selection weight (importance times flux) of an additional light, in units of the median light's. Smaller values bound
-/// the noise of additional lights and make more of them. Unmeasured.
+/// Largest selection weight (importance times flux) of an additional light, in units of the median
+/// light's. Smaller values bound the noise of additional lights and make more of them. Unmeasured.
 const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
-/// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time of a pass; not tuned by a measurement.
+/// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time
+/// of a pass; not tuned by a measurement.
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;
-/// Surface represented by an additional light, in units of the surface per light around it. It represents many unassigned photons
-/// around it; with the factor 1 the clamp treats it as a small bright light, which makes dark halos beside thin objects.
+/// Surface represented by an additional light, in units of the surface per light around it. It
+/// represents many unassigned photons around it; with the factor 1 the clamp treats it as a small
+/// bright light, which makes dark halos beside thin objects.
 const UNASSIGNED_SURFACE: f32 = 16.0;
 
-/// Assigns every photon to the nearest light, and thins unassigned photons into lights of one photon.
+/// Assigns every photon to the nearest light, and thins unassigned photons into lights of one
+/// photon.
 ///
-/// `weights[j] >= 0` is the selection weight of `photons[j]`; `u` in [0, 1) is the random number for the thinning. Sites to which no
-/// photon is assigned make no light. Lights and additional lights are sorted along the [`Curve`]. Also returns the cells of the
-/// lights, for any other location.
+/// `u` in [0, 1) is the random number for the thinning. Sites to which no photon is assigned make
+/// no light. Lights and additional lights are sorted along the curve of the candidates. Also
+/// returns the cells of the lights, for any other location.
 pub fn assign(
     surfaces: &impl Surfaces,
-    photons: &[Photon],
+    candidates: &Candidates,
     sites: &[Site],
-    weights: &[f32],
     u: f32,
 ) -> (PhotonClusters, NearestLights) {
+    let photons = &candidates.photons;
     let mut nearest = NearestLights::new(surfaces, photons, sites);
     let mut sites_of = vec![UNASSIGNED; photons.len()];
     sites_of
@@ -43,19 +46,9 @@ pub fn assign(
         .for_each(|(site, photon)| {
             *site = nearest.site(surfaces, &SurfaceLocation::of_photon(photon, surfaces));
         });
-    let mut unassigned_flux = [0.0; 3];
-    for photon in unassigned(&sites_of).map(|j| &photons[j]) {
-        for (sum, f) in unassigned_flux.iter_mut().zip(photon.flux.to_array()) {
-            *sum += f64::from(f);
-        }
-    }
-    let additional = thin_unassigned(photons, &sites_of, sites.len(), weights, u);
-    let (clusters, lights) = collect_clusters(photons, sites, &sites_of, &additional);
+    let additional = thin_unassigned(candidates, &sites_of, sites.len(), u);
+    let (clusters, lights) = collect_clusters(candidates, sites, &sites_of, &additional);
     nearest.set_lights(lights);
-    let clusters = PhotonClusters {
-        unassigned_flux,
-        ..clusters
-    };
     (clusters, nearest)
 }
 
@@ -75,52 +68,55 @@ fn unassigned(sites_of: &[u32]) -> impl Iterator<Item = usize> {
         .map(|(j, _)| j)
 }
 
-/// Selects unassigned photons as additional lights. Half of the probability is in proportion to `weights`, half to flux, which
-/// bounds the flux of these lights.
+/// Selects unassigned photons as additional lights. Half of the probability is in proportion to
+/// `weights`, half to flux, which bounds the flux of these lights.
 fn thin_unassigned(
-    photons: &[Photon],
+    candidates: &Candidates,
     sites_of: &[u32],
     light_count: usize,
-    weights: &[f32],
     u: f32,
 ) -> Vec<Site> {
+    let Candidates {
+        photons,
+        weights,
+        curve,
+    } = candidates;
     let mut light_weights = vec![0.0f64; light_count];
     for (j, site) in assigned(sites_of) {
         light_weights[site] += f64::from(weights[j]);
     }
-    let mut candidates: Vec<u32> = unassigned(sites_of)
+    let mut photons_left: Vec<u32> = unassigned(sites_of)
         .filter(|&j| !photons[j].flux.is_black())
         .map(|j| j as u32)
         .collect();
-    if candidates.is_empty() {
+    if photons_left.is_empty() {
         return Vec::new();
     }
-    let curve = Curve::around(photons);
-    candidates.sort_by_cached_key(|&j| curve.key(photons[j as usize].p, photons[j as usize].n));
+    photons_left.sort_by_cached_key(|&j| curve.photon_key(&photons[j as usize]));
 
     let of = |value: &dyn Fn(usize) -> f32| -> Vec<f32> {
-        candidates.iter().map(|&j| value(j as usize)).collect()
+        photons_left.iter().map(|&j| value(j as usize)).collect()
     };
-    let candidate_weights = of(&|j| weights[j]);
+    let their_weights = of(&|j| weights[j]);
     let fluxes = of(&|j| photons[j].flux.luminance());
-    let mixed: Vec<f32> = defensive_weights(&candidate_weights, &fluxes, 1.0)
+    let mixed: Vec<f32> = defensive_weights(&their_weights, &fluxes, 1.0)
         .into_iter()
         .map(|w| w.max(f32::MIN_POSITIVE))
         .collect();
-    let total_weight = candidate_weights.iter().map(|&w| f64::from(w)).sum();
+    let total_weight = their_weights.iter().map(|&w| f64::from(w)).sum();
     let count = additional_light_count(total_weight, &mut light_weights);
     let probabilities = inclusion_probabilities(&mixed, count, WEIGHT_FLOOR);
     systematic(&probabilities, u)
         .into_iter()
         .map(|i| Site {
-            photon: candidates[i],
+            photon: photons_left[i],
             probability: probabilities[i],
         })
         .collect()
 }
 
-/// Number of additional lights: each gets the weight of the median light, or a larger one, up to [`MAX_UNASSIGNED_WEIGHT`], if there
-/// would be more than [`UNASSIGNED_PER_LIGHT`].
+/// Number of additional lights: each gets the weight of the median light, or a larger one, up to
+/// [`MAX_UNASSIGNED_WEIGHT`], if there would be more than [`UNASSIGNED_PER_LIGHT`].
 fn additional_light_count(unassigned_weight: f64, light_weights: &mut Vec<f64>) -> usize {
     let lights = light_weights.len() as f64;
     light_weights.retain(|&w| w > 0.0);
@@ -139,9 +135,10 @@ fn additional_light_count(unassigned_weight: f64, light_weights: &mut Vec<f64>) 
         .max(1.0) as usize
 }
 
-/// The clusters of all lights along the curve; and for each site the index of its light, or [`UNASSIGNED`] if it has no photons.
+/// The clusters of all lights along the curve; and for each site the index of its light, or
+/// [`UNASSIGNED`] if it has no photons.
 fn collect_clusters(
-    photons: &[Photon],
+    candidates: &Candidates,
     sites: &[Site],
     sites_of: &[u32],
     additional: &[Site],
@@ -150,7 +147,7 @@ fn collect_clusters(
     for (_, site) in assigned(sites_of) {
         counts[site] += 1;
     }
-    let order = order_along_curve(photons, sites, &counts, additional);
+    let order = order_along_curve(candidates, sites, &counts, additional);
 
     let mut clusters = PhotonClusters {
         offsets: vec![0],
@@ -187,18 +184,16 @@ fn collect_clusters(
     (clusters, lights)
 }
 
-/// Sites with photons, by index, and additional lights, counted on from the number of sites, sorted along the curve.
+/// Sites with photons, by index, and additional lights, counted on from the number of sites, sorted
+/// along the curve.
 fn order_along_curve(
-    photons: &[Photon],
+    candidates: &Candidates,
     sites: &[Site],
     counts: &[u32],
     additional: &[Site],
 ) -> Vec<usize> {
-    let curve = Curve::around(photons);
-    let key = |site: &Site| {
-        let photon = &photons[site.photon as usize];
-        curve.key(photon.p, photon.n)
-    };
+    let Candidates { photons, curve, .. } = candidates;
+    let key = |site: &Site| curve.photon_key(&photons[site.photon as usize]);
     let with_photons = (sites.iter().zip(counts).enumerate()).filter(|(_, (_, count))| **count > 0);
     let mut order: Vec<(u64, usize)> = with_photons.map(|(k, (site, _))| (key(site), k)).collect();
     let additional = additional.iter().enumerate();
@@ -210,10 +205,11 @@ fn order_along_curve(
 #[cfg(test)]
 mod tests {
     use super::super::select::select;
-    use super::super::testing::{OPEN, Room, photon, photons_on_square};
+    use super::super::testing::{OPEN, Room, candidates, photon, photons_on_square};
     use super::*;
     use crate::ids::{MaterialId, PrimitiveId};
     use crate::math::Vec3;
+    use crate::particles::Photon;
 
     fn luminances(photons: &[Photon]) -> Vec<f32> {
         photons.iter().map(|p| p.flux.luminance()).collect()
@@ -233,10 +229,19 @@ mod tests {
         })
     }
 
+    fn unassigned_flux(photons: &[Photon], nearest: &NearestLights) -> [f64; 3] {
+        let is_unassigned = |j: &u32| {
+            let location = SurfaceLocation::of_photon(&photons[*j as usize], &OPEN);
+            nearest.site(&OPEN, &location) == UNASSIGNED
+        };
+        flux(photons, (0..photons.len() as u32).filter(is_unassigned))
+    }
+
     #[test]
     fn the_partition_conserves_flux() {
         let mut photons = photons_on_square(20_000, 1);
-        // A few photons have another material, some the other side: unassigned unless they have sites.
+        // A few photons have another material, some the other side: unassigned unless they have
+        // sites.
         for photon in photons.iter_mut().skip(5).step_by(997) {
             photon.at.primitive = PrimitiveId(1);
         }
@@ -245,8 +250,9 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let (clusters, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
-        assert!(clusters.unassigned_flux()[0] > 0.0);
+        let (clusters, nearest) = assign(&OPEN, &candidates(&photons, &weights), &sites, 0.7);
+        let unassigned = unassigned_flux(&photons, &nearest);
+        assert!(unassigned[0] > 0.0);
         let mut assigned = [0.0; 3];
         for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) == 1.0) {
             let f = flux(&photons, clusters.of(k).map(|(j, _)| j));
@@ -261,7 +267,7 @@ mod tests {
             .collect();
         let certain = flux(&photons, certain.into_iter());
         for c in 0..3 {
-            let sum = assigned[c] - certain[c] + clusters.unassigned_flux()[c];
+            let sum = assigned[c] - certain[c] + unassigned[c];
             assert!((sum / total[c] - 1.0).abs() < 1e-6, "{sum} of {}", total[c]);
         }
     }
@@ -271,7 +277,7 @@ mod tests {
         let photons = photons_on_square(3000, 2);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.4);
-        let (clusters, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (clusters, _) = assign(&OPEN, &candidates(&photons, &weights), &sites, 0.7);
         let mut seen = vec![false; photons.len()];
         for k in 0..clusters.len() {
             let p = photons[clusters.sites()[k].photon as usize].p;
@@ -296,7 +302,7 @@ mod tests {
         let photons = photons_on_square(3000, 5);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.2);
-        let (clusters, nearest) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (clusters, nearest) = assign(&OPEN, &candidates(&photons, &weights), &sites, 0.7);
         for k in 0..clusters.len() {
             for (j, _) in clusters.of(k) {
                 let location = SurfaceLocation::of_photon(&photons[j as usize], &OPEN);
@@ -330,7 +336,8 @@ mod tests {
             })
             .collect();
         let weights = luminances(&photons);
-        let (clusters, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
+        let room = Room { wall: Some(0.5) };
+        let (clusters, _) = assign(&room, &candidates(&photons, &weights), &sites, 0.1);
         for k in 0..clusters.len() {
             let x = photons[clusters.sites()[k].photon as usize].p.x;
             assert!(
@@ -358,14 +365,13 @@ mod tests {
         let (mut mean, trials) = (0.0, 50);
         let mut unassigned = 0.0;
         for t in 0..trials {
-            let (clusters, _) = assign(
+            let (clusters, nearest) = assign(
                 &OPEN,
-                &photons,
+                &candidates(&photons, &weights),
                 &sites,
-                &weights,
                 (t as f32 + 0.5) / trials as f32,
             );
-            unassigned = clusters.unassigned_flux()[1];
+            unassigned = unassigned_flux(&photons, &nearest)[1];
             for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) > 1.0) {
                 let light =
                     photons[clusters.sites()[k].photon as usize].flux * weight(&clusters, k);
@@ -382,9 +388,9 @@ mod tests {
 
     #[test]
     fn no_photons_or_no_sites() {
-        assert!(assign(&OPEN, &[], &[], &[], 0.5).0.is_empty());
+        assert!(assign(&OPEN, &candidates(&[], &[]), &[], 0.5).0.is_empty());
         let photons = [photon(Vec3::ZERO, Vec3::Z)];
-        let (clusters, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
+        let (clusters, _) = assign(&OPEN, &candidates(&photons, &[1.0]), &[], 0.5);
         assert_eq!((clusters.len(), weight(&clusters, 0)), (1, 1.0));
         let own = PhotonClusters::single_photons(&[Site {
             photon: 0,

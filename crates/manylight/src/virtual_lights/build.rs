@@ -1,15 +1,15 @@
-//! From photon clusters to virtual lights: position, extent, diffuse and glossy emission of each light.
+//! From photon clusters to virtual lights: position, extent, diffuse and glossy emission of each
+//! light.
 
 use super::areas::LightAreas;
 use super::clusters::PhotonClusters;
 use super::depth_limits::DepthFractions;
-use super::energy::{EnergyAccount, add};
 use super::glossy::{GlossyForm, Profile, ProfileMaker};
 use super::light::{Emission, VirtualLight};
 use super::moments::{Extent, spread_points};
 use super::reflection::{EmissionDomain, Reflection};
 use super::select::WEIGHT_FLOOR;
-use super::set::VirtualLights;
+use super::set::{ProfileFlux, VirtualLights};
 use crate::bsdf::{Bsdf, ExitTransmittance, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
@@ -20,17 +20,20 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 
-/// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`NARROW`] and more. Other photons are drawn for every
-/// light and pass, so that the mean over lights converges to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter of
-/// both, over 24 passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE in the CBox, for 6 % more time.
+/// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`NARROW`] and
+/// more. Other photons are drawn for every light and pass, so that the mean over lights converges
+/// to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter of both, over 24
+/// passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE in the CBox, for
+/// 6 % more time.
 const PATHS_OF_WIDE_LOBES: usize = 32;
-/// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less time, and more must overlap for a smooth profile.
-/// See [`PATHS_OF_WIDE_LOBES`].
+/// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less
+/// time, and more must overlap for a smooth profile. See [`PATHS_OF_WIDE_LOBES`].
 const PATHS_OF_NARROW_LOBES: usize = 64;
 /// Roughness below which lobes count as narrow. Unmeasured.
 const NARROW: f32 = 0.3;
-/// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is reduced to it. The ratio is unbounded
-/// where light grazes the geometric surface under a tilted shading normal: a rare photon would make a profile of many times its flux.
+/// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is
+/// reduced to it. The ratio is unbounded where light grazes the geometric surface under a tilted
+/// shading normal: a rare photon would make a profile of many times its flux.
 const MAX_TILT: f32 = 2.0;
 /// Number of lights that are made at a time: profiles that are not stored yet take memory, too.
 const BATCH: usize = 4096;
@@ -39,119 +42,86 @@ const POINT_NUMBERS: u64 = 1;
 /// Key of the random numbers for glossy profiles; see [`LightBuilder::numbers`].
 const PROFILE_NUMBERS: u64 = 2;
 
-impl<'s> VirtualLights<'s> {
-    /// Lights of one light path each (VPLs): light `k` has the flux of its cluster and emits like the photon at its site.
-    pub fn single(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-    ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, None, |_| true)
-    }
-
-    /// Rich-VPLs: each light emits like all photons of its cluster, the diffuse part exactly, the glossy part in the given `form`. A light of
-    /// one photon is a VPL.
-    pub fn rich(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-        form: GlossyForm,
-    ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, Some(form), |_| true)
-    }
-
-    /// [`VirtualLights::rich`] with a `form`, [`VirtualLights::single`] without. Lights for which `is_used` is false have position and flux but no
-    /// emission.
-    pub fn build(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-        form: Option<GlossyForm>,
-        is_used: impl Fn(usize) -> bool + Sync,
-    ) -> Self {
-        let builder = |k: usize| LightBuilder {
-            scene,
-            photons,
+/// The lights of `clusters`. Without a `form`, lights of one light path each (VPLs): light `k` has
+/// the flux of its cluster and emits like the photon at its site. With a `form`, Rich-VPLs: each
+/// light emits like all photons of its cluster, the diffuse part exactly, the glossy part in that
+/// form; a light of one photon is a VPL. Lights for which `is_used` is false have position and flux
+/// but no emission.
+pub fn build_lights<'s>(
+    scene: &'s Scene,
+    limits: PathLimits,
+    photons: &[Photon],
+    clusters: &PhotonClusters,
+    form: Option<GlossyForm>,
+    is_used: impl Fn(usize) -> bool + Sync,
+) -> VirtualLights<'s> {
+    let builder = |k: usize| LightBuilder {
+        scene,
+        photons,
+        clusters,
+        k,
+        site: &photons[clusters.sites()[k].photon as usize],
+    };
+    let mut set = VirtualLights {
+        lights: Vec::with_capacity(clusters.len()),
+        reflections: Vec::new(),
+        profiles: form.map(GlossyForm::store).unwrap_or_default(),
+        depths: DepthFractions::new(photons, clusters, limits),
+        areas: LightAreas::new(
+            (0..clusters.len()).map(|k| builder(k).site.p).collect(),
             clusters,
-            k,
-            site: &photons[clusters.sites()[k].photon as usize],
-        };
-        let mut set = VirtualLights {
-            lights: Vec::with_capacity(clusters.len()),
-            reflections: Vec::new(),
-            profiles: form.map(GlossyForm::store).unwrap_or_default(),
-            depths: DepthFractions::new(photons, clusters, limits),
-            areas: LightAreas::new(
-                (0..clusters.len()).map(|k| builder(k).site.p).collect(),
-                clusters,
-            ),
-            energy: EnergyAccount {
-                unassigned: clusters.unassigned_flux(),
-                ..EnergyAccount::default()
-            },
-        };
-        for photon in photons {
-            add(&mut set.energy.photons, photon.flux, 1.0);
-        }
-        if form.is_some() {
-            let has_profile = |&k: &usize| is_used(k) && builder(k).has_profile();
-            let lights = (0..clusters.len()).into_par_iter();
-            set.profiles.reserve(lights.filter(has_profile).count());
-        }
-        let profile_maker = form.map(GlossyForm::maker);
-        for first in (0..clusters.len()).step_by(BATCH) {
-            let batch = first..(first + BATCH).min(clusters.len());
-            let built: Vec<BuiltLight<'s>> = batch
-                .into_par_iter()
-                .map(|k| match is_used(k) {
-                    true => builder(k).build(profile_maker.as_ref()),
-                    false => builder(k).build_dark(),
-                })
-                .collect();
-            built.into_iter().for_each(|light| set.push(light));
-        }
-        for (light, area) in set.lights.iter_mut().zip(set.areas.of_lights(clusters)) {
-            light.area = area;
-        }
-        set
+        ),
+        profile_flux: ProfileFlux::default(),
+    };
+    if form.is_some() {
+        let has_profile = |&k: &usize| is_used(k) && builder(k).has_profile();
+        let lights = (0..clusters.len()).into_par_iter();
+        set.profiles.reserve(lights.filter(has_profile).count());
     }
+    let profile_maker = form.map(GlossyForm::maker);
+    for first in (0..clusters.len()).step_by(BATCH) {
+        let batch = first..(first + BATCH).min(clusters.len());
+        let built: Vec<BuiltLight<'s>> = batch
+            .into_par_iter()
+            .map(|k| match is_used(k) {
+                true => builder(k).build(profile_maker.as_ref()),
+                false => builder(k).build_dark(),
+            })
+            .collect();
+        built.into_iter().for_each(|light| push(&mut set, light));
+    }
+    for (light, area) in set.lights.iter_mut().zip(set.areas.of_lights(clusters)) {
+        light.area = area;
+    }
+    set
+}
 
-    /// Appends a light and stores its emission.
-    fn push(&mut self, built: BuiltLight<'s>) {
-        let BuiltLight {
-            mut light,
-            flux,
-            emission,
-        } = built;
-        for (sum, f) in self.energy.lights.iter_mut().zip(flux) {
-            *sum += f;
+/// Appends a light to `set` and stores its emission.
+fn push<'s>(set: &mut VirtualLights<'s>, built: BuiltLight<'s>) {
+    let BuiltLight {
+        mut light,
+        emission,
+    } = built;
+    match emission {
+        EmissionPart::Reflection(reflection) => {
+            set.reflections.push(*reflection);
+            light.emission = Emission::Single((set.reflections.len() - 1) as u32);
         }
-        match emission {
-            EmissionPart::Reflection(reflection) => {
-                self.reflections.push(*reflection);
-                light.emission = Emission::Single((self.reflections.len() - 1) as u32);
+        EmissionPart::Profile(profile) => {
+            add(&mut set.profile_flux.scattered, profile.target, 1.0);
+            add(&mut set.profile_flux.emitted, profile.flux, 1.0);
+            if let Emission::Rich { glossy, .. } = &mut light.emission {
+                *glossy = Some(set.profiles.push(&profile));
             }
-            EmissionPart::Profile(profile) => {
-                add(&mut self.energy.reflected, profile.target, 1.0);
-                add(&mut self.energy.glossy, profile.flux, 1.0);
-                if let Emission::Rich { glossy, .. } = &mut light.emission {
-                    *glossy = Some(self.profiles.push(&profile));
-                }
-            }
-            EmissionPart::Diffuse => {}
         }
-        self.lights.push(light);
+        EmissionPart::Diffuse => {}
     }
+    set.lights.push(light);
 }
 
 /// A light with emission that is not stored in the set yet.
 struct BuiltLight<'s> {
     light: VirtualLight<'s>,
-    /// Flux represented, in W; in full precision for the energy account.
-    flux: [f64; 3],
     emission: EmissionPart<'s>,
 }
 
@@ -209,7 +179,6 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         let site_point = self.scene.surface_point(self.site.at);
         BuiltLight {
             light: self.dark_light(&site_point, rgb(flux)),
-            flux,
             emission: EmissionPart::Diffuse,
         }
     }
@@ -247,16 +216,13 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
                 EmissionPart::Diffuse
             }
             None => {
-                // A reflection about a shading normal other than the geometric one may pass below the surface.
+                // A reflection about a shading normal other than the geometric one may pass below
+                // the surface.
                 light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
                 EmissionPart::Reflection(Box::new(reflection))
             }
         };
-        BuiltLight {
-            light,
-            flux,
-            emission,
-        }
+        BuiltLight { light, emission }
     }
 
     /// Position, extent and flux of the light, one-sided and without emission.
@@ -286,8 +252,8 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         }
     }
 
-    /// Random numbers of this light for one purpose. They are keyed by the direction of incidence, which differs between passes and does not
-    /// depend on the scene's unit of length.
+    /// Random numbers of this light for one purpose. They are keyed by the direction of incidence,
+    /// which differs between passes and does not depend on the scene's unit of length.
     fn numbers(&self, purpose: u64) -> Pcg {
         Pcg::new(mix(mix(self.k as u64) ^ purpose) ^ rng::key(self.site.wi.to_array()))
     }
@@ -310,8 +276,9 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         profile_maker.make(&paths, width, light.n, &mut rng)
     }
 
-    /// Draws `count` photons of the cluster in proportion to flux, without bias in their sum, with the random number `u`. Each keeps its own
-    /// direction of incidence and scattering function: with a common position instead, nearby sources would appear in a wrong direction.
+    /// Draws `count` photons of the cluster in proportion to flux, without bias in their sum, with
+    /// the random number `u`. Each keeps its own direction of incidence and scattering function:
+    /// with a common position instead, nearby sources would appear in a wrong direction.
     fn light_paths(&self, count: usize, u: f32) -> Vec<Reflection<'s>> {
         let cluster: Vec<(&Photon, f32)> = self.cluster().collect();
         let weights: Vec<f32> = (cluster.iter())
@@ -332,6 +299,13 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
                 }
             })
             .collect()
+    }
+}
+
+/// Adds `flux * scale` to `sum`.
+fn add(sum: &mut [f64; 3], flux: Rgb, scale: f64) {
+    for (s, f) in sum.iter_mut().zip(flux.to_array()) {
+        *s += f64::from(f) * scale;
     }
 }
 

@@ -1,9 +1,11 @@
-//! Photon clusters: the photons that each light represents, with weights on their flux. Both flux rules result in this.
+//! Photon clusters: the photons that each light represents, with weights on their flux. Both flux
+//! rules result in this.
 
 use super::select::Site;
 use rayon::prelude::*;
 
-/// The future lights, in the order of the space-filling curve, each with its photons and their weights.
+/// The future lights, in the order of the space-filling curve, each with its photons and their
+/// weights.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonClusters {
     pub(super) sites: Vec<Site>,
@@ -15,8 +17,6 @@ pub struct PhotonClusters {
     /// See [`PhotonClusters::surface`].
     pub(super) surfaces: Vec<f32>,
     pub(super) unassigned_surface: f32,
-    /// Flux of the unassigned photons, before thinning; W per channel.
-    pub(super) unassigned_flux: [f64; 3],
 }
 
 impl PhotonClusters {
@@ -78,13 +78,9 @@ impl PhotonClusters {
         self.surfaces[k]
     }
 
-    /// Surface represented by the light that an unassigned photon becomes, in the same unit as [`PhotonClusters::surface`].
+    /// Surface represented by the light that an unassigned photon becomes, in the same unit as
+    /// [`PhotonClusters::surface`].
     pub fn unassigned_surface(&self) -> f32 {
         self.unassigned_surface
-    }
-
-    /// Flux of the unassigned photons, before thinning; W per channel.
-    pub fn unassigned_flux(&self) -> [f64; 3] {
-        self.unassigned_flux
     }
 }

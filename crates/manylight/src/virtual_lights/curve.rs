@@ -1,7 +1,9 @@
-//! The order of virtual lights: a Hilbert curve through the scene, interrupted so that opposite facing surfaces are apart.
+//! The order of virtual lights: a Hilbert curve through the scene, interrupted so that opposite
+//! facing surfaces are apart.
 //!
-//! Consecutive lights stand close together and face the same way. Systematic selection in this order spreads sites evenly over each
-//! surface, and a batch of consecutive lights is compact and is visible or culled as a whole.
+//! Consecutive lights stand close together and face the same way. Systematic selection in this
+//! order spreads sites evenly over each surface, and a batch of consecutive lights is compact and
+//! is visible or culled as a whole.
 
 use crate::math::{Aabb, Vec3};
 use crate::particles::Photon;
@@ -9,8 +11,8 @@ use rayon::prelude::*;
 
 /// Bits per axis of a position: 4096 steps along the longest edge of the scene.
 const BITS: u32 = 12;
-/// Bits per axis that precede the facing in a key. More bits mix fewer facings within a batch of some dozens of lights, fewer bits let a
-/// batch extend over less of the scene. Unmeasured.
+/// Bits per axis that precede the facing in a key. More bits mix fewer facings within a batch of
+/// some dozens of lights, fewer bits let a batch extend over less of the scene. Unmeasured.
 const COARSE_BITS: u32 = 2;
 
 /// A Hilbert curve through a cube.
@@ -35,8 +37,9 @@ impl Curve {
         }
     }
 
-    /// Sort key of the position `p` on a surface with unit normal `n`: the coarse part of the Hilbert index, then one of six facings, then
-    /// the rest of the index. Positions outside of the box are moved onto its boundary.
+    /// Sort key of the position `p` on a surface with unit normal `n`: the coarse part of the
+    /// Hilbert index, then one of six facings, then the rest of the index. Positions outside of the
+    /// box are moved onto its boundary.
     pub fn key(&self, p: Vec3, n: Vec3) -> u64 {
         let last = ((1 << BITS) - 1) as f32;
         let q = ((p - self.origin) * self.scale).clamp(Vec3::ZERO, Vec3::splat(last));
@@ -45,13 +48,17 @@ impl Curve {
         (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
     }
 
-    /// The photons in the order of the curve around them, so that neighbors in space are neighbors in memory.
-    pub fn sorted(photons: &[Photon]) -> Vec<Photon> {
-        let curve = Curve::around(photons);
+    /// Sort key of a photon.
+    pub fn photon_key(&self, photon: &Photon) -> u64 {
+        self.key(photon.p, photon.n)
+    }
+
+    /// The photons in the order of the curve, so that neighbors in space are neighbors in memory.
+    pub fn sorted(&self, photons: &[Photon]) -> Vec<Photon> {
         let mut keyed: Vec<(u64, u32)> = photons
             .par_iter()
             .enumerate()
-            .map(|(i, photon)| (curve.key(photon.p, photon.n), i as u32))
+            .map(|(i, photon)| (self.photon_key(photon), i as u32))
             .collect();
         keyed.par_sort_unstable();
         let sorted = keyed.into_par_iter().map(|(_, i)| photons[i as usize]);
@@ -65,7 +72,8 @@ fn facing(n: Vec3) -> u64 {
     2 * axis as u64 + u64::from(n[axis] < 0.0)
 }
 
-/// Index of the cell `x` along the three-dimensional Hilbert curve. Source: Skilling, "Programming the Hilbert curve", AIP 707, 2004.
+/// Index of the cell `x` along the three-dimensional Hilbert curve. Source: Skilling, "Programming
+/// the Hilbert curve", AIP 707, 2004.
 fn hilbert(mut x: [u32; 3]) -> u64 {
     // Undo the rotations and reflections, from the coarsest level to the finest.
     for level in (1..BITS).rev() {

@@ -1,24 +1,28 @@
 //! Flux, rule 2: a density estimate around each site, our reading of the paper.
 //!
-//! The reflected radiance at a site is estimated from its nearest photons, as in the creation of Rich-VPLs in Simon, Hanika,
-//! Dachsbacher, Eurographics 2015, after Jensen, "Realistic Image Synthesis Using Photon Mapping", 2001.
+//! The reflected radiance at a site is estimated from its nearest photons, as in the creation of
+//! Rich-VPLs in Simon, Hanika, Dachsbacher, Eurographics 2015, after Jensen, "Realistic Image
+//! Synthesis Using Photon Mapping", 2001.
 
 use super::clusters::PhotonClusters;
 use super::select::Site;
 use super::surfaces::{SurfaceLocation, Surfaces};
-use crate::maps::{DensityKernel, KdTree, Neighbors};
+use crate::maps::density::epanechnikov;
+use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
-/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of being kept, and the average emission of the
-/// `neighbors` = K photons nearest to it on its surface, with the Epanechnikov kernel:
+/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of
+/// being kept, and the average emission of the `neighbors` = K photons nearest to it on its
+/// surface, with the Epanechnikov kernel:
 ///
 /// ```text
 /// I_k(ω) = F_k Σ_j w_j Φ_j f(ω_j, ω) |cos θ| / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / a_k,   w_j ∝ 1 - d_j²/d_K²
 /// ```
 ///
-/// with luminances `|Φ|`. The total flux is unbiased in luminance if sites are where selection placed them, and biased after relaxation.
-/// With one neighbor the result is [`PhotonClusters::single_photons`].
+/// with luminances `|Φ|`. The total flux is unbiased in luminance if sites are where selection
+/// placed them, and biased after relaxation. With one neighbor the result is
+/// [`PhotonClusters::single_photons`].
 pub fn by_density(
     surfaces: &impl Surfaces,
     photons: &[Photon],
@@ -61,7 +65,8 @@ impl<'a, S: Surfaces> Neighborhoods<'a, S> {
         }
     }
 
-    /// The nearest photons on the site's surface with their kernel weights in 1/m²; at least the site's photon.
+    /// The nearest photons on the site's surface with their kernel weights in 1/m²; at least the
+    /// site's photon.
     fn of(&self, site: &Site) -> Vec<(u32, f32)> {
         let center = &self.photons[site.photon as usize];
         let patch = self.surfaces.patch(center);
@@ -76,10 +81,10 @@ impl<'a, S: Surfaces> Neighborhoods<'a, S> {
         let mut cluster: Vec<(u32, f32)> = found
             .iter()
             .filter_map(|neighbor| on_surface(&neighbor))
-            .map(|(j, d2)| (j, DensityKernel::Epanechnikov.weight(d2, r2)))
+            .map(|(j, d2)| (j, epanechnikov(d2, r2)))
             .collect();
         if cluster.is_empty() {
-            cluster.push((site.photon, DensityKernel::Epanechnikov.weight(0.0, r2)));
+            cluster.push((site.photon, epanechnikov(0.0, r2)));
         }
         cluster
     }

@@ -1,4 +1,5 @@
-//! Path-length limits: the part of a light's flux that arrived over paths short enough for a receiver.
+//! Path-length limits: the part of a light's flux that arrived over paths short enough for a
+//! receiver.
 
 use super::clusters::PhotonClusters;
 use crate::ids::LightId;
@@ -6,11 +7,12 @@ use crate::particles::Photon;
 use crate::scene::PathLimits;
 use rayon::prelude::*;
 
-/// Largest photon depth that is distinguished, in segments. A scene with a longer limit, or none, is treated as unlimited; a larger
-/// value costs 4 bytes per light and segment.
+/// Largest photon depth that is distinguished, in segments. A scene with a longer limit, or none,
+/// is treated as unlimited; a larger value costs 4 bytes per light and segment.
 const DEPTHS: usize = 16;
 
-/// For each light the cumulative fractions of its flux by photon depth: depth 1, up to 2, up to 3, ... Empty without a limit.
+/// For each light the cumulative fractions of its flux by photon depth: depth 1, up to 2, up to 3,
+/// ... Empty without a limit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DepthFractions {
     fractions: Vec<[f32; DEPTHS]>,

@@ -8,7 +8,7 @@
 //! | flux | photons, sites → [`PhotonClusters`] | [`nearest_light`], [`assign()`] (partition) or [`density`]; `clusters` |
 //! | extent | cluster → radius and points | [`moments`] |
 //! | emission | cluster → diffuse flux, glossy profile | `reflection`; `glossy`: a table (`octahedral_grid`, filled by `octahedral_profile`, stored by `tables`, read by `table_lookup`), or lobes (`lobe_fit`, `von_mises_fisher`) |
-//! | set | clusters → [`VirtualLights`] | `light`, `build`, with `areas`, `depth_limits` and `energy` |
+//! | set | clusters → [`VirtualLights`] | `light`, `build`, with `areas` and `depth_limits` |
 //! | evaluation | light, direction → radiant intensity or its bound | `emission_view`; `intensity_bound`, `max_mips` |
 //!
 //! The stages are independent: any placement goes with any flux rule (but the density rule expects sites where selection placed them),
@@ -41,7 +41,6 @@ mod von_mises_fisher;
 mod areas;
 mod build;
 mod depth_limits;
-mod energy;
 mod set;
 
 mod emission_view;
@@ -54,15 +53,16 @@ pub(crate) mod testing;
 mod tests;
 
 pub use assign::assign;
+pub use build::build_lights;
+pub use candidates::Candidates;
 pub use clusters::PhotonClusters;
 pub(crate) use emission_view::{EmissionView, RadiantIntensity, SingleEmission};
-pub use energy::EnergyAccount;
 pub use glossy::GlossyForm;
 pub use intensity_bound::IntensityBound;
 pub use light::{Emission, VirtualLight};
 pub use nearest_light::NearestLights;
 pub use reflection::Reflection;
 pub use select::{Site, select};
-pub use set::VirtualLights;
+pub use set::{ProfileFlux, VirtualLights};
 pub use surfaces::SurfaceLocation;
 pub use tables::TableStorage;

@@ -1,7 +1,8 @@
 //! Voronoi cells of the sites: the nearest light to a location, on the same surface.
 //!
-//! This is the rule by which [`assign`](super::assign::assign) gives photons to lights. It depends on the location alone, so bias
-//! compensation can evaluate it for any surface point after the lights are built.
+//! This is the rule by which [`assign`](super::assign::assign) gives photons to lights. It depends
+//! on the location alone, so bias compensation can evaluate it for any surface point after the
+//! lights are built.
 
 use super::select::Site;
 use super::surfaces::{SurfaceLocation, Surfaces};
@@ -11,13 +12,16 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use rayon::prelude::*;
 
-/// Number of neighbors that define the spacing of a site; the site itself is one of them, so that it is the distance to the 8th other.
+/// Number of neighbors that define the spacing of a site; the site itself is one of them, so that
+/// it is the distance to the 8th other.
 const SPACING_NEIGHBORS: usize = 9;
-/// Largest distance from a location to its site, in spacings. If this many spacings hold no site of the location's surface, that
-/// surface is considered to have none. Larger values leave fewer photons unassigned and move flux farther. Unmeasured.
+/// Largest distance from a location to its site, in spacings. If this many spacings hold no site of
+/// the location's surface, that surface is considered to have none. Larger values leave fewer
+/// photons unassigned and move flux farther. Unmeasured.
 const MAX_SPACINGS: f32 = 3.0;
-/// Distance to the site, in spacings, above which a visibility test is made. The spacing reaches to the 8th neighbor, so that on an
-/// evenly covered plane one photon in eight is tested. Smaller values test more photons; not tuned by a measurement.
+/// Distance to the site, in spacings, above which a visibility test is made. The spacing reaches to
+/// the 8th neighbor, so that on an evenly covered plane one photon in eight is tested. Smaller
+/// values test more photons; not tuned by a measurement.
 const VISIBILITY_TEST_SPACINGS: f32 = 0.5;
 /// Index of no site and of no light.
 pub(super) const UNASSIGNED: u32 = u32::MAX;
@@ -82,8 +86,8 @@ impl NearestLights {
 
     /// The site to which a photon at `location` is assigned, or [`UNASSIGNED`].
     ///
-    /// It is the nearest compatible site in the metric of [`Patch::distance_squared`], within [`MAX_SPACINGS`]; beyond
-    /// [`VISIBILITY_TEST_SPACINGS`] the nearest visible one.
+    /// It is the nearest compatible site in the metric of [`Patch::distance_squared`], within
+    /// [`MAX_SPACINGS`]; beyond [`VISIBILITY_TEST_SPACINGS`] the nearest visible one.
     pub(super) fn site(&self, surfaces: &impl Surfaces, location: &SurfaceLocation) -> u32 {
         let cost = |k: u32| {
             self.patches[k as usize].distance_squared(location.p, location.n, location.material)
@@ -94,7 +98,8 @@ impl NearestLights {
         else {
             return UNASSIGNED;
         };
-        // If the nearest site of any surface is at distance d and its 8th neighbor at s, the location's 8th neighbor is no farther than d + s.
+        // If the nearest site of any surface is at distance d and its 8th neighbor at s, the
+        // location's 8th neighbor is no farther than d + s.
         let reach = (MAX_SPACINGS * (any_d2.sqrt() + self.spacings[any as usize])).powi(2);
         // The nearest site of any surface usually is the result, and bounds the search otherwise.
         let limit = cost(any).map_or(reach, |c| c.min(reach));

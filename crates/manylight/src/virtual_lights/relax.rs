@@ -1,9 +1,10 @@
-//! Placement, step 2 (optional): relaxation moves sites apart until they are evenly spread over each surface.
+//! Placement, step 2 (optional): relaxation moves sites apart until they are evenly spread over
+//! each surface.
 //!
-//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into the Blue: Better Caustics through
-//! Photon Relaxation", Computer Graphics Forum 2009.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into
+//! the Blue: Better Caustics through Photon Relaxation", Computer Graphics Forum 2009.
 
-use super::curve::Curve;
+use super::candidates::Candidates;
 use super::select::Site;
 use super::surfaces::Surfaces;
 use crate::maps::{KdTree, Neighbors, Patch};
@@ -13,12 +14,14 @@ use rayon::prelude::*;
 
 /// Largest number of iterations: the paper's 20.
 pub const ITERATIONS: usize = 20;
-/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make a smoother, slower relaxation. Unmeasured.
+/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make
+/// a smoother, slower relaxation. Unmeasured.
 const NEIGHBORS: usize = 12;
-/// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other surfaces.
+/// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other
+/// surfaces.
 const NEIGHBORS_SEARCHED: usize = 2 * NEIGHBORS;
-/// Mean displacement per iteration, relative to the mean spacing of sites, below which the iteration stops. Trades evenness for time;
-/// not tuned by a measurement.
+/// Mean displacement per iteration, relative to the mean spacing of sites, below which the
+/// iteration stops. Trades evenness for time; not tuned by a measurement.
 const STOPPING_DISPLACEMENT: f32 = 0.05;
 
 /// The current position of a site.
@@ -36,13 +39,14 @@ struct MovingSite {
 /// Δx = 1/K Σ_k (x - x_k) (d_K / d_k - 1),   d_k = |x - x_k|,
 /// ```
 ///
-/// within the tangent plane, then to the nearest photon of its surface that no other site occupies; repeats both up to
-/// [`ITERATIONS`] times.
+/// within the tangent plane, then to the nearest photon of its surface that no other site occupies;
+/// repeats both up to [`ITERATIONS`] times.
 ///
-/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those of the selection and do not describe the
-/// density of the moved sites: the flux of lights must come from a rule that does not use them, such as
-/// [`assign`](super::assign::assign).
-pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<Site> {
+/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those
+/// of the selection and do not describe the density of the moved sites: the flux of lights must
+/// come from a rule that does not use them, such as [`assign`](super::assign::assign).
+pub fn relax(surfaces: &impl Surfaces, candidates: &Candidates, sites: &[Site]) -> Vec<Site> {
+    let photons = &candidates.photons;
     let positions: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
     let photon_tree = KdTree::build(positions);
     let mut moving: Vec<MovingSite> = sites
@@ -60,14 +64,14 @@ pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Ve
         let distance =
             |(site, before): (&MovingSite, &Vec3)| f64::from(site.patch.p.distance(*before));
         let displacement: f64 = moving.iter().zip(&before).map(distance).sum();
-        // A disc of radius d_K holds K sites, so that one site has the area of a disc of radius d_K/√K.
+        // A disc of radius d_K holds K sites, so that one site has the area of a disc of radius
+        // d_K/√K.
         let spacing = |site: &MovingSite| f64::from(site.reach / (NEIGHBORS as f32).sqrt());
         if displacement < f64::from(STOPPING_DISPLACEMENT) * moving.iter().map(spacing).sum::<f64>()
         {
             break;
         }
     }
-    let curve = Curve::around(photons);
     let mut relaxed: Vec<Site> = sites
         .iter()
         .zip(&moving)
@@ -76,10 +80,8 @@ pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Ve
             ..site
         })
         .collect();
-    relaxed.sort_by_cached_key(|site| {
-        let photon = &photons[site.photon as usize];
-        curve.key(photon.p, photon.n)
-    });
+    let key = |site: &Site| candidates.curve.photon_key(&photons[site.photon as usize]);
+    relaxed.sort_by_cached_key(key);
     relaxed
 }
 
@@ -137,7 +139,8 @@ fn displaced_site(
     moved
 }
 
-/// Moves every site to the nearest free photon with flux of its surface within d_K; back to its previous photon if none is free.
+/// Moves every site to the nearest free photon with flux of its surface within d_K; back to its
+/// previous photon if none is free.
 fn snap(
     surfaces: &impl Surfaces,
     photons: &[Photon],
@@ -177,10 +180,11 @@ fn snap(
 #[cfg(test)]
 mod tests {
     use super::super::select::select;
-    use super::super::testing::{OPEN, photons_on_square};
+    use super::super::testing::{OPEN, candidates, photons_on_square};
     use super::*;
 
-    /// Mean over lights of the distance to the nearest other one, times the square root of their number.
+    /// Mean over lights of the distance to the nearest other one, times the square root of their
+    /// number.
     fn mean_distance(photons: &[Photon], sites: &[Site]) -> f32 {
         let p = |site: &Site| photons[site.photon as usize].p;
         let nearest = |a: &Site| {
@@ -190,6 +194,12 @@ mod tests {
                 .fold(f32::INFINITY, f32::min)
         };
         sites.iter().map(nearest).sum::<f32>() / (sites.len() as f32).sqrt()
+    }
+
+    /// The sites after relaxation among photons of equal weight.
+    fn relaxed(photons: &[Photon], sites: &[Site]) -> Vec<Site> {
+        let weights = vec![1.0; photons.len()];
+        relax(&OPEN, &candidates(photons, &weights), sites)
     }
 
     fn placed() -> (Vec<Photon>, Vec<Site>) {
@@ -210,13 +220,13 @@ mod tests {
         // Random points are at 0.5 on average, a hexagonal grid at 1.07.
         let before = mean_distance(&photons, &sites);
         assert!((0.4..0.6).contains(&before), "{before}");
-        let relaxed = relax(&OPEN, &photons, &sites);
-        assert_eq!(relaxed.len(), sites.len());
-        let mut own: Vec<u32> = relaxed.iter().map(|site| site.photon).collect();
+        let moved = relaxed(&photons, &sites);
+        assert_eq!(moved.len(), sites.len());
+        let mut own: Vec<u32> = moved.iter().map(|site| site.photon).collect();
         own.sort_unstable();
         own.dedup();
         assert_eq!(own.len(), sites.len(), "two sites on one photon");
-        let after = mean_distance(&photons, &relaxed);
+        let after = mean_distance(&photons, &moved);
         assert!(after > 0.65, "{after} after {before}");
     }
 
@@ -226,14 +236,14 @@ mod tests {
         for photon in photons.iter_mut().skip(1).step_by(2) {
             photon.n = -photon.n;
         }
-        let relaxed = relax(&OPEN, &photons, &sites);
+        let moved = relaxed(&photons, &sites);
         let facing_up = |sites: &[Site]| {
             let up = sites
                 .iter()
                 .filter(|s| photons[s.photon as usize].n.z > 0.0);
             up.count()
         };
-        assert_eq!(facing_up(&relaxed), facing_up(&sites));
+        assert_eq!(facing_up(&moved), facing_up(&sites));
         assert!((100..200).contains(&facing_up(&sites)));
     }
 
@@ -241,8 +251,8 @@ mod tests {
     fn a_lone_site_stays() {
         let photons = photons_on_square(100, 4);
         let sites = select(&photons, &[1.0; 100], 1, 0.5);
-        let relaxed = relax(&OPEN, &photons, &sites);
-        assert_eq!(relaxed[0].photon, sites[0].photon);
-        assert!(relax(&OPEN, &photons, &[]).is_empty());
+        let moved = relaxed(&photons, &sites);
+        assert_eq!(moved[0].photon, sites[0].photon);
+        assert!(relaxed(&photons, &[]).is_empty());
     }
 }

@@ -1,14 +1,16 @@
 //! Placement, step 1: the choice of the photons that become virtual lights.
 //!
-//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015: a photon
-//! is accepted with probability `min(1, W_j / (q W̄))`. Here the number of lights is given instead of the ratio `q`.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light
+//! Methods", Eurographics 2015: a photon is accepted with probability `min(1, W_j / (q W̄))`. Here
+//! the number of lights is given instead of the ratio `q`.
 
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 
-/// Smallest weight in a selection, relative to the mean weight. A photon's flux is divided by its probability, so that a photon of
-/// underestimated importance would become a very bright light. A higher floor bounds that flux further, and spends more lights where
-/// little importance arrives. Unmeasured.
+/// Smallest weight in a selection, relative to the mean weight. A photon's flux is divided by its
+/// probability, so that a photon of underestimated importance would become a very bright light. A
+/// higher floor bounds that flux further, and spends more lights where little importance arrives.
+/// Unmeasured.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
 /// A photon that was chosen to become a virtual light.
@@ -20,11 +22,11 @@ pub struct Site {
     pub probability: f32,
 }
 
-/// Mixture of two selection densities, `w_j / Σw + by_flux · Φ_j / ΣΦ`: the second term bounds the flux over probability of every
-/// photon, whatever the errors of `weights`.
+/// Mixture of two selection densities, `w_j / Σw + by_flux · Φ_j / ΣΦ`: the second term bounds the
+/// flux over probability of every photon, whatever the errors of `weights`.
 ///
-/// `weights[j] >= 0` and `fluxes[j] >= 0` belong to photon `j`; both have any unit. Source: Hesterberg, "Weighted Average Importance
-/// Sampling and Defensive Mixture Distributions", 1995.
+/// `weights[j] >= 0` and `fluxes[j] >= 0` belong to photon `j`; both have any unit. Source:
+/// Hesterberg, "Weighted Average Importance Sampling and Defensive Mixture Distributions", 1995.
 pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -> Vec<f32> {
     let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
     let share = |part: f32, all: f64| {
@@ -42,12 +44,14 @@ pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -
         .collect()
 }
 
-/// Selects `count` photons, or all photons with flux if these are fewer. Photon `j` is chosen with probability
-/// `a_j = min(1, w_j / τ)`, with the `τ` for which `Σ a_j = count`; `Φ_j / a_j` is then an unbiased estimate of all flux.
+/// Selects `count` photons, or all photons with flux if these are fewer. Photon `j` is chosen with
+/// probability `a_j = min(1, w_j / τ)`, with the `τ` for which `Σ a_j = count`; `Φ_j / a_j` is then
+/// an unbiased estimate of all flux.
 ///
-/// `weights[j] >= 0` is the luminance of the flux of `photons[j]`, optionally times importance; photons with flux and weight 0 keep a
-/// small probability. `u` in [0, 1) is the only random number (systematic sampling). Sites keep the order of the photons: in the order
-/// of [`Curve::sorted`](super::curve::Curve::sorted) they are spread evenly over each surface.
+/// `weights[j] >= 0` is the luminance of the flux of `photons[j]`, optionally times importance;
+/// photons with flux and weight 0 keep a small probability. `u` in [0, 1) is the only random number
+/// (systematic sampling). Sites keep the order of the photons: in the order of the
+/// [`Curve`](super::curve::Curve) they are spread evenly over each surface.
 pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
     assert_eq!(photons.len(), weights.len(), "one weight per photon");
     let weight = |(photon, &weight): (&Photon, &f32)| match photon.flux.is_black() {
@@ -94,7 +98,8 @@ mod tests {
 
     #[test]
     fn sites_follow_the_curve_and_black_photons_are_left_out() {
-        let mut photons = Curve::sorted(&photons_on_square(3000, 2));
+        let photons = photons_on_square(3000, 2);
+        let mut photons = Curve::around(&photons).sorted(&photons);
         for photon in photons.iter_mut().step_by(2) {
             photon.flux = Rgb::BLACK;
         }
@@ -109,10 +114,11 @@ mod tests {
         let curve = Curve::around(&photons);
         let keys: Vec<u64> = sites
             .iter()
-            .map(|s| curve.key(photons[s.photon as usize].p, photons[s.photon as usize].n))
+            .map(|s| curve.photon_key(&photons[s.photon as usize]))
             .collect();
         assert!(keys.is_sorted());
-        // Consecutive lights are close: the mean step along the curve is of the order of the mean spacing, 1/sqrt(300).
+        // Consecutive lights are close: the mean step along the curve is of the order of the mean
+        // spacing, 1/sqrt(300).
         let path: f32 = sites
             .windows(2)
             .map(|s| {

@@ -1,9 +1,8 @@
-//! A set of virtual lights with their emission, ready to be gathered. Made by [`VirtualLights::build`].
+//! A set of virtual lights with their emission, ready to be gathered. Made by [`build_lights`](super::build_lights).
 
 use super::areas::LightAreas;
 use super::depth_limits::DepthFractions;
 use super::emission_view::{RadiantIntensity, RichEmission};
-use super::energy::EnergyAccount;
 use super::glossy::{Glossy, GlossyForm, Profiles};
 use super::light::VirtualLight;
 use super::reflection::Reflection;
@@ -22,7 +21,16 @@ pub struct VirtualLights<'s> {
     pub(super) profiles: Profiles,
     pub(super) depths: DepthFractions,
     pub(super) areas: LightAreas,
-    pub(super) energy: EnergyAccount,
+    pub(super) profile_flux: ProfileFlux,
+}
+
+/// Flux of the glossy profiles of a set, in W per channel: a check of their scale.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProfileFlux {
+    /// What they should emit, by samples of the lobes.
+    pub scattered: [f64; 3],
+    /// What they emit: their integrals.
+    pub emitted: [f64; 3],
 }
 
 impl<'s> VirtualLights<'s> {
@@ -77,9 +85,9 @@ impl<'s> VirtualLights<'s> {
         areas.get(middle).copied().unwrap_or(0.0)
     }
 
-    /// The energy account.
-    pub fn energy(&self) -> &EnergyAccount {
-        &self.energy
+    /// Flux of the glossy profiles.
+    pub fn profile_flux(&self) -> &ProfileFlux {
+        &self.profile_flux
     }
 
     /// Expected bytes per light, if a fraction `glossy` of the lights has a profile of `form`, or without a form is a single light path.

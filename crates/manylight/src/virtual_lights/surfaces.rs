@@ -1,15 +1,15 @@
 //! Surfaces as the stages see them: material, orientation, and visibility over short distances.
 
 use crate::bsdf::Lobes;
-use crate::geometry::{Segment, SurfacePoint};
+use crate::geometry::Segment;
 use crate::ids::MaterialId;
 use crate::maps::Patch;
 use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::scene::Scene;
 
-/// Height of the ends of the visibility test above the surface, relative to their distance: clears concave surfaces with up to 25°
-/// between the normals.
+/// Height of the ends of the visibility test above the surface, relative to their distance: clears
+/// concave surfaces with up to 25° between the normals.
 const SIGHT_LIFT: f32 = 0.1;
 
 /// A point on one side of a surface.
@@ -30,15 +30,6 @@ impl SurfaceLocation {
             p: photon.p,
             n: photon.n,
             material: surfaces.material(photon),
-        }
-    }
-
-    /// The surface point `x`, on the side of the geometric normal `n`.
-    pub fn on_surface(scene: &Scene, x: &SurfacePoint, n: Vec3) -> Self {
-        SurfaceLocation {
-            p: x.p,
-            n,
-            material: scene.geometry.primitives()[x.at.primitive.index()].material,
         }
     }
 }

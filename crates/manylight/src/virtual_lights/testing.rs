@@ -1,6 +1,8 @@
 //! Photons and surfaces for unit tests.
 
+use super::candidates::Candidates;
 use super::surfaces::{SurfaceLocation, Surfaces};
+use super::{GlossyForm, PhotonClusters, VirtualLights, build_lights};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
@@ -9,6 +11,7 @@ use crate::maps::Patch;
 use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
 use crate::sampling::rng::Pcg;
+use crate::scene::{PathLimits, Scene};
 
 /// A photon of 1 W with normal incidence at `p`, on primitive 0.
 pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
@@ -46,6 +49,34 @@ pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
             }
         })
         .collect()
+}
+
+/// Candidates of these photons and weights.
+pub(crate) fn candidates(photons: &[Photon], weights: &[f32]) -> Candidates {
+    Candidates::new(photons.to_vec(), weights.to_vec())
+}
+
+impl<'s> VirtualLights<'s> {
+    /// Lights of one light path each.
+    pub(crate) fn single(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        clusters: &PhotonClusters,
+    ) -> Self {
+        build_lights(scene, limits, photons, clusters, None, |_| true)
+    }
+
+    /// Rich-VPLs.
+    pub(crate) fn rich(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        clusters: &PhotonClusters,
+        form: GlossyForm,
+    ) -> Self {
+        build_lights(scene, limits, photons, clusters, Some(form), |_| true)
+    }
 }
 
 /// Surfaces with the primitive as material, and without obstacles but for a wall at x = `wall`.

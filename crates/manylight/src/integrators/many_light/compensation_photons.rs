@@ -1,21 +1,25 @@
-//! Compensation of clamping by photons: light of emitters that low-roughness lobes reflect, such as the sun on metal.
+//! Compensation of clamping by photons: light of emitters that low-roughness lobes reflect, such as
+//! the sun on metal.
 //!
-//! A photon that was reflected at `y` by non-specular lobes and arrived at `x` is a path that the virtual light at `y`
-//! represents, too. Clamping removes a fraction of the light from `y` at `x`. A density estimate at `x`, in which each photon
-//! counts by that fraction, restores it. Directions sampled at `x` compensate clamping as well (`compensation.rs`); but they
-//! would rarely find what a low-roughness lobe at `y` reflects from an emitter. Both share that light by
+//! A photon that was reflected at `y` by non-specular lobes and arrived at `x` is a path that the
+//! virtual light at `y` represents, too. Clamping removes a fraction of the light from `y` at `x`.
+//! A density estimate at `x`, in which each photon counts by that fraction, restores it. Directions
+//! sampled at `x` compensate clamping as well (`compensation.rs`); but they would rarely find what
+//! a low-roughness lobe at `y` reflects from an emitter. Both share that light by
 //! [`direction_fraction`].
 //!
-//! The estimate blurs light over its radius. The radius is small beside the area that a light represents, over which the
-//! clamped fraction changes.
+//! The estimate blurs light over its radius. The radius is small beside the area that a light
+//! represents, over which the clamped fraction changes.
 //!
-//! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018. Here a light
-//! represents many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
+//! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon
+//! Splatting", I3D 2018. Here a light represents many photons, so that the clamped fraction is that
+//! of the light to which a photon at `y` is assigned.
 
-use super::axes::Compensation;
+use super::Compensation;
+use super::schedule::{GroupContext, LightSubsets};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};
+use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::Vec3;
@@ -26,24 +30,27 @@ use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
-/// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Measured against no
-/// limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where metal in the sun made single bright pixels.
+/// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f
+/// cosθ = 1/π`. Measured against no limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where
+/// metal in the sun made single bright pixels.
 const LEAST_DIRECTION_LIMIT: f32 = 1.0;
-/// Probability of keeping a photon, divided by the clamped fraction of its light at a white surface. Unmeasured: a larger factor
-/// makes the map larger, a smaller one adds noise.
-const KEPT_PER_CLAMPED_FRACTION: f32 = 8.0;
-/// Least probability of keeping a photon. Unmeasured: bounds the flux of kept photons.
-const LEAST_KEPT: f32 = 1.0 / 32.0;
+/// Survival probability of a photon, divided by the clamped fraction of its light at a white
+/// surface. Unmeasured: a larger factor makes the map larger, a smaller one adds noise.
+const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
+/// Least survival probability of a photon. Unmeasured: bounds the flux of photons.
+const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
 
-/// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ` of the lobes at `y` up to
-/// which directions account for the light of emitters. `f_cos` is `f cosθ` of the lobes at `x` in that direction:
-/// low-roughness lobes at `x` find low-roughness lobes at `y`.
+/// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ`
+/// of the lobes at `y` up to which directions account for the light of emitters. `f_cos` is `f
+/// cosθ` of the lobes at `x` in that direction: low-roughness lobes at `x` find low-roughness lobes
+/// at `y`.
 pub(super) fn direction_limit(f_cos: Rgb) -> f32 {
     f_cos.max_channel().max(LEAST_DIRECTION_LIMIT)
 }
 
-/// Fraction of the light of an emitter for which directions account, where the lobes reflect it with `f_cos`, in 1/sr.
-/// Photons account for the rest, so that a direction finds no more than `direction_limit` times the arriving radiance.
+/// Fraction of the light of an emitter for which directions account, where the lobes reflect it
+/// with `f_cos`, in 1/sr. Photons account for the rest, so that a direction finds no more than
+/// `direction_limit` times the arriving radiance.
 pub(super) fn direction_fraction(direction_limit: f32, f_cos: Rgb) -> f32 {
     (direction_limit / f_cos.max_channel()).min(1.0)
 }
@@ -75,13 +82,15 @@ impl Located for CompensationPhoton {
 impl OnSurface for CompensationPhoton {
     #[inline]
     fn normal(&self) -> Vec3 {
-        self.reflected.photon.n
+        self.reflected.photon.normal()
     }
-}
-
-impl AsRef<Photon> for CompensationPhoton {
-    fn as_ref(&self) -> &Photon {
-        &self.reflected.photon
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.reflected.photon.wi()
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        self.reflected.photon.depth()
     }
 }
 
@@ -108,8 +117,8 @@ pub(super) fn reflected(
     }
 }
 
-/// `f cosθ` with which a photon was reflected towards the unit vector `wo`, in 1/sr, if its light came from an emitter and
-/// photons account for a part of it.
+/// `f cosθ` with which a photon was reflected towards the unit vector `wo`, in 1/sr, if its light
+/// came from an emitter and photons account for a part of it.
 fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<Rgb> {
     if photon.origin != Lobes::NONE {
         return None;
@@ -119,16 +128,17 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
     (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
 }
 
-/// Assigns the photons to lights. The clamped fraction is that of points that sum `subset`. Photons are kept in proportion to it,
-/// with their flux divided by the probability.
-pub(super) fn assign(
-    scene: &Scene,
-    gather: &Gather,
+/// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of the
+/// first pass. Photons survive in proportion to it, with their flux divided by the probability.
+pub(super) fn assigned(
+    cx: &GroupContext,
+    reflected: Vec<ReflectedPhoton>,
+    (gather, subsets): (&Gather, &LightSubsets),
     lights: &LightIndex,
     nearest: &NearestLights,
-    subset: Subset,
-    reflected: Vec<ReflectedPhoton>,
 ) -> KdTree<CompensationPhoton> {
+    let scene = cx.scene;
+    let subset = subsets.of_pass(cx.group.passes.start);
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
         let assignment = lights.assignment(nearest.light(scene, &from), &from);
@@ -140,13 +150,15 @@ pub(super) fn assign(
         };
         let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
         let clamped = gather.clamped_fraction(lights, &at, &from, assignment, white);
-        let kept = (KEPT_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_KEPT, 1.0);
-        reflected.photon.flux /= kept;
+        let survival = (SURVIVAL_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_SURVIVAL, 1.0);
+        reflected.photon.flux /= survival;
         let photon = CompensationPhoton {
             reflected,
             assignment,
         };
-        (rng::unit(rng::key(at.p.to_array())) < kept).then_some(photon)
+        (rng::unit(rng::key(at.p.to_array())) < survival).then_some(photon)
     };
-    KdTree::build_ordered(reflected.into_par_iter().filter_map(assigned).collect())
+    cx.run.stats.time("maps", || {
+        KdTree::build_ordered(reflected.into_par_iter().filter_map(assigned).collect())
+    })
 }

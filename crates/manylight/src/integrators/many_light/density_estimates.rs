@@ -1,213 +1,255 @@
-//! Density estimates over photons at a gather point: caustics, and compensation photons.
+//! Density estimates over photons at gather points: caustics, and compensation photons.
 //!
-//! Each is divided by the fraction of its kernel that is surface, so that edges and thin tubes keep their light.
+//! Caustic photons and sampled directions share what glossy lobes see by specular chains. Both can
+//! find the light that other surfaces send through specular events. On a lobe of low roughness
+//! single photons show, while directions find small mirrors rarely. Photons count the fraction
+//! [`photon_fraction`] of the light of a path where [`are_dense`] holds, and directions the rest:
+//! docs/path_partition.md.
 
-use super::caustic_shares::{are_dense, is_shared_with_directions, photon_fraction};
+use super::PreparedPasses;
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
-use super::gather_points::GatherPoint;
-use super::prepared::PreparedPasses;
+use super::gather_point::{GatherPath, GatherPoint};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::gather::ShadingPoint;
 use crate::integrators::partition::PathStage;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
 };
-use crate::maps::{COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Neighbors, covered_fraction};
-use crate::math::Vec3;
+use crate::maps::{
+    ArrivingPhotons, COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Neighbors, PhotonReceiver,
+};
+use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
-use crate::sampling::rng;
+use crate::scene::Scene;
 
+/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense
+/// enough for glossy lobes. Measured at 3 and 8, over 2 passes at 320x180: the variance of caustics
+/// in the Disco is 0.017 of relMSE for both, and 0.0016 and 0.0011 of means of 16x16 pixels; with
+/// directions for all glossy light 0.020 and 0.0011. With 24, photons hardly count.
+const DENSE_PHOTONS: f32 = 8.0;
+/// Largest `f cosθ`, in 1/sr, up to which photons account for all light that a glossy lobe sees by
+/// a specular chain, where photons are dense. Diffuse surfaces reflect at most `1/π`. Measured at 1
+/// and 4, over 2 passes at 320x180: the same variance of caustics in the Disco within 2 %.
+const CAUSTIC_PHOTON_LIMIT: f32 = 1.0;
 /// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. Unmeasured.
 const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
-/// `f cosθ` with which a photon counts, in 1/sr.
-struct PhotonWeight {
-    f_cos: Rgb,
-    /// What it counts more where photons with such a part are dense; `None` for other photons.
-    f_cos_where_dense: Option<Rgb>,
+/// Fraction of the light reflected by glossy lobes for which caustic photons account, where photons
+/// are dense and the non-specular lobes reflect it with `f_cos`, in 1/sr.
+pub(super) fn photon_fraction(f_cos: Rgb) -> f32 {
+    (CAUSTIC_PHOTON_LIMIT / f_cos.max_channel()).min(1.0)
 }
 
-impl From<Rgb> for PhotonWeight {
-    fn from(f_cos: Rgb) -> Self {
-        PhotonWeight {
-            f_cos,
-            f_cos_where_dense: None,
-        }
-    }
+/// Whether directions may account for the light of a caustic photon, too: other surfaces have
+/// reflected it.
+fn is_shared_with_directions(photon: &Photon) -> bool {
+    photon.origin != Lobes::NONE
 }
 
-/// `f cosθ` of the non-specular lobes for a photon, in 1/sr, and the part of the diffuse ones.
-#[derive(Clone, Copy)]
-struct Reflected {
-    f_cos: Rgb,
-    diffuse: Rgb,
+/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass
+/// to pass.
+fn are_dense(near: u32, bandwidth: Bandwidth) -> bool {
+    near as f32 >= DENSE_PHOTONS * bandwidth.share * bandwidth.share
 }
 
-/// Reflection at a point from the unit directions `wi`.
-fn reflected_from(at: &ShadingPoint, wi: Vec<Vec3>) -> Vec<Reflected> {
-    let ShadingPoint { bsdf, wo, .. } = at;
-    let (mut all, mut diffuse) = (Vec::new(), Vec::new());
-    bsdf.f_cos_each_wi(&wi, *wo, Lobes::NON_SPECULAR, &mut all);
-    if bsdf.lobes().has(Lobes::GLOSSY) {
-        bsdf.f_cos_each_wi(&wi, *wo, Lobes::DIFFUSE, &mut diffuse);
-    } else {
-        diffuse.clone_from(&all);
-    }
-    let pairs = all.into_iter().zip(diffuse);
-    pairs
-        .map(|(f_cos, diffuse)| Reflected { f_cos, diffuse })
-        .collect()
-}
-
-impl PreparedPasses<'_> {
-    /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that other surfaces have
-    /// reflected, directions account for a part of what glossy lobes reflect: see [`photon_fraction`].
-    pub(super) fn caustic_radiance(&self, point: &GatherPoint, found: &mut Neighbors) -> Rgb {
-        let weight = |photon: &Photon, reflected: Reflected| {
-            let Reflected { f_cos, diffuse } = reflected;
-            if is_shared_with_directions(photon) {
-                return PhotonWeight {
-                    f_cos: diffuse,
-                    f_cos_where_dense: Some((f_cos - diffuse) * photon_fraction(f_cos)),
-                };
-            }
-            (f_cos * direction_fraction(point.direction_limit, f_cos)).into()
-        };
-        self.density_estimate(&self.caustics, point, found, weight)
-    }
-
-    /// Whether caustic photons are dense at a receiver behind `segments` segments of a camera path, for estimates of at most
-    /// `largest` m.
-    pub(super) fn caustics_are_dense(
-        &self,
-        receiver: DensityReceiver,
-        segments: u32,
-        largest: f32,
-        found: &mut Neighbors,
-    ) -> bool {
-        let (mut near, bandwidth) = (0, self.bandwidth(largest));
-        density_estimate(&self.caustics, receiver, bandwidth, found, |photon, _| {
-            let counts = self.limits.allow(segments + u32::from(photon.depth));
+/// Whether caustic photons are dense at a receiver at the end of `path`.
+pub(super) fn caustics_are_dense(
+    prepared: &PreparedPasses,
+    receiver: DensityReceiver,
+    path: &GatherPath,
+    found: &mut Neighbors,
+) -> bool {
+    let (mut near, bandwidth) = (0, bandwidth(prepared, path));
+    density_estimate(
+        &prepared.caustics,
+        receiver,
+        bandwidth,
+        found,
+        |photon, _| {
+            let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
             near += u32::from(counts && is_shared_with_directions(photon));
-        });
-        are_dense(near, bandwidth)
-    }
+        },
+    );
+    are_dense(near, bandwidth)
+}
 
-    /// Radiance at a gather point from compensation photons, in W/(m² sr).
-    pub(super) fn compensation_photon_radiance(
-        &self,
-        point: &GatherPoint,
-        found: &mut Neighbors,
-    ) -> Rgb {
-        let at = &point.at;
-        let weight = |photon: &CompensationPhoton, reflected: Reflected| {
-            let CompensationPhoton {
-                reflected: photon,
-                assignment,
-            } = *photon;
-            let f_cos = reflected.f_cos;
-            let fraction = 1.0 - direction_fraction(direction_limit(f_cos), photon.f_cos);
-            if fraction == 0.0 {
-                return Rgb::BLACK.into();
-            }
-            // The photon comes from there: its direction is that of the connection.
-            let clamped = self.gather.clamped_fraction(
-                &self.lights,
-                &at.into(),
-                &photon.from,
-                assignment,
-                |_| f_cos,
-            );
-            (f_cos * (fraction * clamped)).into()
+/// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that
+/// other surfaces have reflected, directions account for a part of what glossy lobes reflect.
+pub(super) fn caustic_radiance(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    found: &mut Neighbors,
+) -> Rgb {
+    let bandwidth = bandwidth(prepared, &point.path);
+    let limit = point.role.direction_limit();
+    let is_glossy = point.at.bsdf.lobes().has(Lobes::GLOSSY);
+    estimate(prepared, &prepared.caustics, point, found, |arriving| {
+        let all = arriving.f_cos(Lobes::NON_SPECULAR);
+        let diffuse = match is_glossy {
+            true => arriving.f_cos(Lobes::DIFFUSE),
+            false => all.clone(),
         };
-        self.density_estimate(&self.compensation_photons, point, found, weight)
-    }
-
-    /// `Σ_j k_j f_j Φ_j` over photons within the path limits, divided by the covered fraction of the kernel. On transmitting
-    /// surfaces light arrives on both sides, unless one of them was chosen.
-    fn density_estimate<P: OnSurface + AsRef<Photon> + Sync>(
-        &self,
-        photons: &KdTree<P>,
-        point: &GatherPoint,
-        found: &mut Neighbors,
-        weight: impl Fn(&P, Reflected) -> PhotonWeight,
-    ) -> Rgb {
-        if point.photon_weight == 0.0 {
-            return Rgb::BLACK;
-        }
-        let ShadingPoint { x, wo, bsdf, .. } = &point.at;
-        let visible_side = x.normal_towards(*wo);
-        let sum = match point.at.lit_from {
-            Some(n) => self.density_on_side(photons, point, n, found, &weight),
-            None if bsdf.receiving_normal(*wo).is_none() => {
-                self.density_on_side(photons, point, visible_side, found, &weight)
-                    + self.density_on_side(photons, point, -visible_side, found, &weight)
-            }
-            None => self.density_on_side(photons, point, visible_side, found, &weight),
-        };
-        sum * point.photon_weight
-    }
-
-    /// That sum over the photons that arrive on the side of the unit normal `n`.
-    fn density_on_side<P: OnSurface + AsRef<Photon> + Sync>(
-        &self,
-        photons: &KdTree<P>,
-        point: &GatherPoint,
-        n: Vec3,
-        found: &mut Neighbors,
-        weight: &impl Fn(&P, Reflected) -> PhotonWeight,
-    ) -> Rgb {
-        let receiver = DensityReceiver { p: point.at.x.p, n };
         let (mut sum, mut sum_where_dense, mut near) = (Rgb::BLACK, Rgb::BLACK, 0u32);
-        let bandwidth = self.bandwidth(point.max_photon_radius);
-        let mut arriving: Vec<(&P, f32)> = Vec::new();
-        let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
-            let photon: &Photon = item.as_ref();
-            let cos = photon.wi.dot(point.at.x.ng).abs();
-            if cos > 0.0 && self.limits.allow(point.segments + u32::from(photon.depth)) {
-                arriving.push((item, kernel / cos));
-            }
-        });
-        let directions = arriving.iter().map(|(item, _)| (*item).as_ref().wi);
-        let reflected = reflected_from(&point.at, directions.collect());
-        for (&(item, kernel), reflected) in arriving.iter().zip(reflected) {
-            let (weight, flux) = (weight(item, reflected), item.as_ref().flux * kernel);
-            sum += flux * weight.f_cos;
-            if let Some(f_cos) = weight.f_cos_where_dense {
-                sum_where_dense += flux * f_cos;
+        for ((photon, kernel), (f_cos, diffuse)) in
+            arriving.iter().zip(all.into_iter().zip(diffuse))
+        {
+            let flux = photon.flux * kernel;
+            if is_shared_with_directions(photon) {
+                sum += flux * diffuse;
+                sum_where_dense += flux * ((f_cos - diffuse) * photon_fraction(f_cos));
                 near += 1;
+            } else {
+                sum += flux * (f_cos * direction_fraction(limit, f_cos));
             }
         }
-        // Each photon counts if the others are dense without it: of a Poisson process, that has the expectation of independent
-        // photons (Mecke's equation), so that the shares of photons and directions sum to one.
+        // Each photon counts if the others are dense without it: of a Poisson process, that has the
+        // expectation of independent photons (Mecke's equation), so that the shares of photons and
+        // directions sum to one.
         if near > 0 && are_dense(near - 1, bandwidth) {
             sum += sum_where_dense;
         }
-        if sum.is_black() {
-            return sum;
+        sum
+    })
+}
+
+/// Radiance at a gather point from compensation photons, in W/(m² sr).
+pub(super) fn compensation_photon_radiance(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    found: &mut Neighbors,
+) -> Rgb {
+    let photons = &prepared.compensation_photons;
+    estimate(prepared, photons, point, found, |arriving| {
+        let mut sum = Rgb::BLACK;
+        arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
+            let CompensationPhoton {
+                reflected,
+                assignment,
+            } = photon;
+            let fraction = 1.0 - direction_fraction(direction_limit(f_cos), reflected.f_cos);
+            if fraction == 0.0 {
+                return;
+            }
+            // The photon comes from there: its direction is that of the connection.
+            let (at, from) = ((&point.at).into(), &reflected.from);
+            let (gather, lights) = (&prepared.gather, &prepared.lights);
+            let clamped = gather.clamped_fraction(lights, &at, from, *assignment, |_| f_cos);
+            sum += reflected.photon.flux * kernel * (f_cos * (fraction * clamped));
+        });
+        sum
+    })
+}
+
+/// A sum over the photons that arrive at a gather point, divided by the covered fraction of the
+/// kernel. On transmitting surfaces light arrives on both sides, unless one of them was chosen.
+fn estimate<P: OnSurface + Sync>(
+    prepared: &PreparedPasses,
+    photons: &KdTree<P>,
+    point: &GatherPoint,
+    found: &mut Neighbors,
+    sum: impl Fn(&ArrivingPhotons<P>) -> Rgb,
+) -> Rgb {
+    let weight = point.role.photon_weight();
+    if weight == 0.0 {
+        return Rgb::BLACK;
+    }
+    let (x, bsdf, wo) = (&point.at.x, &point.at.bsdf, point.at.wo);
+    let receiver = PhotonReceiver {
+        x,
+        bsdf,
+        wo,
+        segments: point.path.segments,
+        limits: prepared.limits,
+    };
+    let bandwidth = bandwidth(prepared, &point.path);
+    let probes = match point.path.stage {
+        PathStage::BeforeX => COVERAGE_PROBES,
+        PathStage::AfterX | PathStage::Decided(_) => COVERAGE_PROBES_INDIRECT,
+    };
+    let mut on_side = |n: Vec3| {
+        let arriving = ArrivingPhotons::around(photons, receiver, n, bandwidth, found);
+        let sum = sum(&arriving);
+        match sum.is_black() {
+            true => sum,
+            false => sum / arriving.covered(&prepared.scene.geometry, probes),
         }
-        // The turn of the probe pattern is a hash of `wo`, which differs from pass to pass and does not depend on the unit of length.
-        let turn = rng::unit(rng::key(point.at.wo.to_array()));
-        let probes = match point.stage {
-            PathStage::BeforeX => COVERAGE_PROBES,
-            PathStage::AfterX | PathStage::Decided(_) => COVERAGE_PROBES_INDIRECT,
+    };
+    let visible_side = x.normal_towards(wo);
+    let sum = match point.at.lit_from {
+        Some(n) => on_side(n),
+        None if bsdf.receiving_normal(wo).is_none() => {
+            on_side(visible_side) + on_side(-visible_side)
+        }
+        None => on_side(visible_side),
+    };
+    sum * weight
+}
+
+fn bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
+    let largest = MAX_RADIUS_FRACTION * prepared.scene.geometry.bounds().diagonal();
+    Bandwidth {
+        largest: path.max_photon_radius.min(largest),
+        share: progressive_radius_scale(prepared.group.passes.end),
+    }
+}
+
+/// Largest radius of an estimate at `distance` m along a camera path, in m.
+pub(super) fn max_photon_radius(prepared: &PreparedPasses, distance: f32) -> f32 {
+    MAX_RADIUS_PIXELS * prepared.pixel.width_at(distance)
+}
+
+/// Width of a pixel in the middle of the film, as a function of the distance from the camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelFootprint {
+    /// Width at the camera, in m.
+    width: f32,
+    /// Growth of the width per m of distance.
+    growth: f32,
+}
+
+impl PixelFootprint {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let film = &scene.sensor.desc().film;
+        // The sensor takes positions relative to the crop window.
+        let middle = film.size.as_vec2() * 0.5 - film.crop_offset.as_vec2();
+        let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
+        let (a, b) = (ray(middle), ray(middle + Vec2::X));
+        PixelFootprint {
+            width: a.o.distance(b.o),
+            growth: a.d.distance(b.d),
+        }
+    }
+
+    /// Width at `distance` m along a camera path, in m.
+    fn width_at(self, distance: f32) -> f32 {
+        self.width + self.growth * distance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::UVec2;
+    use crate::testing::scenes::Builder;
+
+    #[test]
+    fn a_crop_window_does_not_change_the_footprint_of_a_pixel() {
+        let footprint = |crop: Option<UVec2>| {
+            let mut b = Builder::new(Vec3::Z * 5.0, Vec3::ZERO, 90.0, 64);
+            let grey = b.material(crate::testing::scenes::diffuse(0.5, 0.5, 0.5));
+            b.rectangle(Vec3::ZERO, Vec3::X, Vec3::Y, grey, None);
+            if let Some(offset) = crop {
+                let film = &mut b.desc.sensors[0].film;
+                (film.crop_offset, film.crop_size) = (offset, UVec2::splat(8));
+            }
+            PixelFootprint::of(&b.build()).width_at(1.0)
         };
-        sum / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn)
-    }
-
-    fn bandwidth(&self, max_photon_radius: f32) -> Bandwidth {
-        let largest = MAX_RADIUS_FRACTION * self.scene.geometry.bounds().diagonal();
-        Bandwidth {
-            largest: max_photon_radius.min(largest),
-            share: progressive_radius_scale(self.group.passes.end),
-        }
-    }
-
-    /// Largest radius of an estimate at `distance` m along a camera path, in m.
-    pub(super) fn max_photon_radius(&self, distance: f32) -> f32 {
-        MAX_RADIUS_PIXELS * self.pixel.width_at(distance)
+        let (whole, cropped) = (footprint(None), footprint(Some(UVec2::splat(56))));
+        assert!(
+            (cropped / whole - 1.0).abs() < 1e-3,
+            "{cropped} and {whole}"
+        );
     }
 }

@@ -1,21 +1,24 @@
-//! The effort of a pass: how many virtual lights it sums, how many emitters it samples, and how many camera paths a pixel has, by
-//! the variance of each term of the path partition.
+//! The effort of a pass: how many virtual lights it sums, how many emitters it samples, and how
+//! many camera paths a pixel has, by the variance of each term of the path partition.
 //!
-//! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance of a pass with `n` lights, `E`
-//! emitter samples per direction and `S` camera paths per pixel is modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in
-//! all three. The smallest product of variance and cost gives the smallest error at equal time. The variance also sets the threshold
-//! of roulette before shadow rays.
+//! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance
+//! of a pass with `n` lights, `E` emitter samples per direction and `S` camera paths per pixel is
+//! modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in all three. The smallest product
+//! of variance and cost gives the smallest error at equal time. The variance also sets the
+//! threshold of roulette before shadow rays.
 //!
-//! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in every render. The samples
-//! of the pre-pass are not used again: no estimate depends on its own noise.
+//! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in
+//! every render. The samples of the pre-pass are not used again: no estimate depends on its own
+//! noise.
 
-use super::axes::Effort;
-use super::gathering::DIRECTIONS;
-use super::pre_pass::TermVariances;
-use super::prepared::PreparedPasses;
-use super::settings::ManyLight;
+use super::gather_point::DIRECTIONS;
+use super::schedule::PassGroup;
+use super::{Effort, ManyLight, PreparedPasses};
+use crate::color::Rgb;
+use crate::film::{FilmSampler, Layer, shaded_pixels};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
+use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 
 /// Factors on the number of lights that are considered.
@@ -28,21 +31,42 @@ const CAMERA_PATHS: [u32; 2] = [4, 8];
 const MEASURED_FRACTION: f32 = 0.25;
 /// Emitter samples and camera paths with which the pre-pass measures.
 const MEASURED: [(u32, u32); 3] = [(2, 4), (8, 4), (2, 8)];
-/// Least gain in the product of variance and cost for which the effort changes. With 1.15, the noise of the pre-pass changed the effort
-/// in the CBox, at a loss of a third at 30 s.
+/// Least gain in the product of variance and cost for which the effort changes. With 1.15, the
+/// noise of the pre-pass changed the effort in the CBox, at a loss of a third at 30 s.
 const LEAST_GAIN: f64 = 1.3;
-/// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the times of four scenes with 4 and 8 of
-/// them: of a light in the sum, of an emitter sample, of a camera path, and of all the rest.
+/// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the
+/// times of four scenes with 4 and 8 of them: of a light in the sum, of an emitter sample, of a
+/// camera path, and of all the rest.
 const LIGHT_CYCLES: f64 = 780.0;
 const EMITTER_SAMPLE_CYCLES: f64 = 2500.0;
 const CAMERA_PATH_CYCLES: f64 = 35_000.0;
 const REST_CYCLES: f64 = 150_000.0;
 
-/// Threshold of roulette, in mean lights, per light and relative noise of a pass. Veach's analysis gives the square root of the time of
-/// a shadow ray over that of a pixel. Measured at 0, 0.03 and 0.06, over 4 passes at 160x90, without the worst thousandth of the
-/// pixels: variance times time is 1, 0.90 and 0.89 in the Kitchen, 1, 0.97 and 1.01 in the U-Shape, 1, 0.93 and 0.93 in the Disco, 1, 1.01
-/// and 1.00 in the CBox.
+/// Threshold of roulette, in mean lights, per light and relative noise of a pass. Veach's analysis
+/// gives the square root of the time of a shadow ray over that of a pixel. Measured at 0, 0.03 and
+/// 0.06, over 4 passes at 160x90, without the worst thousandth of the pixels: variance times time
+/// is 1, 0.90 and 0.89 in the Kitchen, 1, 0.97 and 1.01 in the U-Shape, 1, 0.93 and 0.93 in the
+/// Disco, 1, 1.01 and 1.00 in the CBox.
 const ROULETTE_PER_NOISE: f32 = 0.03;
+/// Most pixels of the pre-pass, and the least spacing of their columns and rows. At 320x180 the
+/// pre-pass of 1620 pixels takes about a fifth of the time of a pass.
+const MAX_PIXELS: u32 = 2048;
+const LEAST_SPACING: u32 = 4;
+/// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must
+/// not decide.
+const MAX_RELATIVE_VARIANCE: f64 = 1.0;
+/// Squared radiance, relative to that of the mean of the image, below which variances count as
+/// absolute, as in relMSE.
+const DARK: f64 = 0.01;
+/// Layers that the pre-pass records.
+const LAYERS: [Layer; 6] = [
+    Layer::Beauty,
+    Layer::VirtualLights,
+    Layer::Compensation,
+    Layer::Direct,
+    Layer::Emission,
+    Layer::Caustics,
+];
 
 /// A model of the variance and the cost of a pass.
 #[derive(Clone, Copy, Debug)]
@@ -91,75 +115,162 @@ impl PassModel {
         self.variance(effort) * cost
     }
 
-    /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by roulette costs less than shadow rays.
+    /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by
+    /// roulette costs less than shadow rays.
     fn roulette(&self, effort: &ManyLight) -> f32 {
         let noise = self.variance(effort).sqrt() as f32;
         ROULETTE_PER_NOISE * noise * effort.light_count as f32
     }
 }
 
-impl ManyLight {
-    /// These settings with their effort fixed: measured, if they ask for that.
-    pub(in crate::integrators) fn with_fixed_effort(
-        &self,
-        scene: &Scene,
-        limits: PathLimits,
-        run: &PassContext,
-    ) -> Self {
-        let fixed = ManyLight {
-            effort: Effort::Fixed,
-            ..*self
-        };
-        if self.effort == Effort::Fixed || self.strategy != Strategy::All {
-            return fixed;
-        }
-        let measured = fixed.with_lights(MEASURED_FRACTION);
-        let variants = MEASURED.map(|(emitter_samples, camera_paths)| {
-            move |prepared: &mut PreparedPasses| {
-                prepared.emitter_samples = emitter_samples;
-                prepared.camera_paths = camera_paths;
-            }
-        });
-        let variances = (run.stats).time("effort", || {
-            measured.term_variances(scene, limits, run, variants)
-        });
-        let model = PassModel::new(variances, f64::from(measured.light_count));
-        let best = fixed
-            .efforts()
-            .min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
-        let best = best
-            .filter(|best| model.error(best) * LEAST_GAIN < model.error(&fixed))
-            .unwrap_or(fixed);
-        ManyLight {
-            roulette: model.roulette(&best),
-            ..best
-        }
+/// `method` with its effort fixed: measured, if it asks for that.
+pub(in crate::integrators) fn with_fixed_effort(
+    method: &ManyLight,
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+) -> ManyLight {
+    let fixed = ManyLight {
+        effort: Effort::Fixed,
+        ..*method
+    };
+    if method.effort == Effort::Fixed || method.strategy != Strategy::All {
+        return fixed;
     }
+    let measured = with_lights(&fixed, MEASURED_FRACTION);
+    let variants = MEASURED.map(|(emitter_samples, camera_paths)| {
+        move |prepared: &mut PreparedPasses| {
+            prepared.emitter_samples = emitter_samples;
+            prepared.camera_paths = camera_paths;
+        }
+    });
+    let variances = (run.stats).time("effort", || {
+        term_variances(&measured, scene, limits, run, variants)
+    });
+    let model = PassModel::new(variances, f64::from(measured.light_count));
+    let best = efforts(fixed).min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
+    let best = best
+        .filter(|best| model.error(best) * LEAST_GAIN < model.error(&fixed))
+        .unwrap_or(fixed);
+    ManyLight {
+        roulette: model.roulette(&best),
+        ..best
+    }
+}
 
-    /// These settings with the efforts that are considered.
-    fn efforts(self) -> impl Iterator<Item = Self> {
-        LIGHT_FRACTIONS.into_iter().flat_map(move |fraction| {
-            EMITTER_SAMPLES
-                .into_iter()
-                .flat_map(move |emitter_samples| {
-                    CAMERA_PATHS.map(|camera_paths| ManyLight {
-                        emitter_samples,
-                        camera_paths,
-                        ..self.with_lights(fraction)
-                    })
+/// `method` with the efforts that are considered.
+fn efforts(method: ManyLight) -> impl Iterator<Item = ManyLight> {
+    LIGHT_FRACTIONS.into_iter().flat_map(move |fraction| {
+        EMITTER_SAMPLES
+            .into_iter()
+            .flat_map(move |emitter_samples| {
+                CAMERA_PATHS.map(|camera_paths| ManyLight {
+                    emitter_samples,
+                    camera_paths,
+                    ..with_lights(&method, fraction)
                 })
-        })
-    }
+            })
+    })
+}
 
-    /// With this fraction of the lights and photons.
-    fn with_lights(&self, fraction: f32) -> Self {
-        let part = |count: u32| ((count as f32 * fraction) as u32).max(1);
-        ManyLight {
-            light_count: part(self.light_count),
-            photon_paths: part(self.photon_paths),
-            ..*self
-        }
+/// `method` with this fraction of the lights and photons.
+fn with_lights(method: &ManyLight, fraction: f32) -> ManyLight {
+    let part = |count: u32| ((count as f32 * fraction) as u32).max(1);
+    ManyLight {
+        light_count: part(method.light_count),
+        photon_paths: part(method.photon_paths),
+        ..*method
     }
+}
+
+/// Relative variances of a pass, in the mean over pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct TermVariances {
+    /// Virtual lights, and compensation of what clamping removes from them.
+    indirect: f64,
+    /// All other light.
+    rest: f64,
+}
+
+/// Draws positions in at most [`MAX_PIXELS`] pixels: the crossings of columns and rows, one of each
+/// in `spacing`, drawn at random.
+fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
+    let film = &scene.sensor.desc().film;
+    let size = film.crop_size;
+    let count = |spacing: u32| size.x.div_ceil(spacing) * size.y.div_ceil(spacing);
+    let mut spacing = LEAST_SPACING;
+    while count(spacing) > MAX_PIXELS {
+        spacing += 1;
+    }
+    let mut rng = pass.sampler(Stream::Selection, 5);
+    let chosen = size.to_array().map(|end| {
+        (0..end)
+            .step_by(spacing as usize)
+            .map(|start| {
+                let room = spacing.min(end - start);
+                start + ((rng.next_1d() * room as f32) as u32).min(room - 1)
+            })
+            .collect()
+    });
+    film.sampler_of(chosen)
+}
+
+/// The mean over pixels of the variances of a pass, by two passes with independent virtual lights.
+/// The passes are changed by each of `variants` after the lights are made.
+fn term_variances<const N: usize>(
+    method: &ManyLight,
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+    variants: [impl Fn(&mut PreparedPasses); N],
+) -> [TermVariances; N] {
+    // Whichever pass comes first in this run.
+    let pixels = sparse_pixels(scene, run.at_pass(0).pass);
+    let [a, b] = [0, 1].map(|index| {
+        // Other numbers than those of the render's passes.
+        let seed = !run.pass.seed;
+        let run = PassContext {
+            pass: Pass { seed, index },
+            ..*run
+        };
+        let group = PassGroup::single_pass(method, index);
+        let mut prepared = method.prepare(scene, limits, &group, &run);
+        variants.each_ref().map(|variant| {
+            variant(&mut prepared);
+            shaded_pixels(pixels.size(), &LAYERS, |samples| {
+                prepared.shade_tile(&run, &pixels, samples);
+            })
+        })
+    });
+    std::array::from_fn(|k| variances(&a[k], &b[k]))
+}
+
+/// The variances of a pass in some pixels, from the values of two.
+fn variances(a: &[Rgb], b: &[Rgb]) -> TermVariances {
+    let luminance = |x: Rgb| f64::from(x.luminance());
+    let pixels = || {
+        a.chunks_exact(LAYERS.len())
+            .zip(b.chunks_exact(LAYERS.len()))
+    };
+    let means: Vec<f64> = pixels()
+        .map(|(x, y)| 0.5 * (luminance(x[0]) + luminance(y[0])))
+        .collect();
+    let image = means.iter().sum::<f64>() / means.len() as f64;
+    let mut sum = TermVariances::default();
+    for ((x, y), mean) in pixels().zip(&means) {
+        let scale = mean.powi(2) + DARK * image * image;
+        if !(scale > 0.0 && scale.is_finite()) {
+            continue;
+        }
+        let variance = |layer: usize| {
+            let difference = luminance(x[layer]) - luminance(y[layer]);
+            let variance = 0.5 * difference * difference / scale;
+            variance.min(MAX_RELATIVE_VARIANCE) / means.len() as f64
+        };
+        sum.indirect += variance(1) + variance(2);
+        sum.rest += variance(3) + variance(4) + variance(5);
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -178,7 +289,7 @@ mod tests {
     fn best(variances: [TermVariances; 3]) -> (u32, u32, u32) {
         let model = PassModel::new(variances, 128.0);
         let by_error = |a: &ManyLight, b: &ManyLight| model.error(a).total_cmp(&model.error(b));
-        let best = ManyLight::rich_vpl().efforts().min_by(by_error).unwrap();
+        let best = efforts(ManyLight::rich_vpl()).min_by(by_error).unwrap();
         (best.light_count, best.emitter_samples, best.camera_paths)
     }
 

@@ -1,12 +1,10 @@
-//! The interim maps of the many-light methods, as the camera sees them: the quantities that placement follows, and the
-//! lights before and after relaxation. They are made of the particles and lights of one pass.
+//! The interim maps of the many-light methods, as the camera sees them: the quantities that
+//! placement follows, and the lights before and after relaxation. They are made of the particles
+//! and lights of one pass.
 
-use super::axes::Placement;
-use super::place::{selected_sites, thinned_candidates};
-use super::schedule::GroupContext;
-use super::settings::ManyLight;
-use super::specular_chains::MAX_CHAIN;
-use super::trace;
+use super::lights::{selected_sites, thinned, weighted_by_importance};
+use super::schedule::{GroupContext, PassGroup};
+use super::{ManyLight, Placement, trace};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::geometry::Segment;
@@ -19,9 +17,10 @@ use crate::maps::{KdTree, Neighbors};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::particles::{Importon, Photon};
 use crate::scene::{PathLimits, Scene};
+use crate::transport::walk::MAX_SPECULAR_SEGMENTS;
 use crate::transport::{Vertex, Walk};
 use crate::virtual_lights::Site;
-use crate::virtual_lights::candidates::{importance_times_flux, light_carriers, luminances};
+use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::relax::relax;
 use rayon::prelude::*;
 
@@ -37,8 +36,9 @@ const LIKELIEST: BsdfNumbers = BsdfNumbers {
 
 /// The interim maps: one value per pixel, rows from top to bottom, and the lights.
 ///
-/// The value of a pixel is that at the first vertex with non-specular lobes of the camera path through its center, which takes
-/// the likelier of the specular lobes at each vertex. It is 0 where the path has no such vertex.
+/// The value of a pixel is that at the first vertex with non-specular lobes of the camera path
+/// through its center, which takes the likelier of the specular lobes at each vertex. It is 0 where
+/// the path has no such vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterimMaps {
     /// Width and height in pixels.
@@ -47,7 +47,8 @@ pub struct InterimMaps {
     pub importance: Vec<f32>,
     /// Irradiance by the photons that may become lights, in W/m².
     pub irradiance: Vec<Rgb>,
-    /// Importance times luminance of irradiance, in W/m⁴: the density of placed lights is proportional to it.
+    /// Importance times luminance of irradiance, in W/m⁴: the density of placed lights is
+    /// proportional to it.
     pub product: Vec<f32>,
     /// Reflectance towards the viewer times cosine: a grey image on which lights can be drawn.
     pub shading: Vec<f32>,
@@ -68,70 +69,68 @@ pub struct PlacedLight {
     pub film_position: Option<Vec2>,
 }
 
-impl ManyLight {
-    /// The maps of the pass that `run` names, in a group of that pass alone. `None` if cancelled.
-    pub fn interim_maps(
-        &self,
-        scene: &Scene,
-        limits: PathLimits,
-        run: &PassContext,
-    ) -> Option<InterimMaps> {
-        let cx = &GroupContext {
-            method: self,
-            scene,
-            limits,
-            group: &self.single_pass_group(run.pass.index),
-            run: *run,
-        };
-        let photons = light_carriers(limits, trace::photons(cx));
-        let importons = trace::importons(cx);
-        let photon_map = (run.stats).time("maps", || KdTree::build_ordered(photons.clone()));
-        let camera = MapCamera {
-            scene,
-            limits,
-            importons: &importons,
-            photons: &photon_map,
-        };
-        if run.cancelled() {
-            return None;
-        }
-        let pixels = run.stats.time("shade", || camera.pixels());
-        if run.cancelled() {
-            return None;
-        }
-        let (placed, relaxed) = placed_lights(cx, &camera, photons);
-        Some(InterimMaps {
-            size: scene.sensor.desc().film.crop_size,
-            importance: pixels.iter().map(|p| p.importance).collect(),
-            irradiance: pixels.iter().map(|p| p.irradiance).collect(),
-            product: (pixels.iter())
-                .map(|p| p.importance * p.irradiance.luminance())
-                .collect(),
-            shading: pixels.iter().map(|p| p.shading).collect(),
-            placed,
-            relaxed,
-        })
+/// The maps of the pass that `run` names, in a group of that pass alone. `None` if cancelled.
+pub(super) fn interim_maps(
+    method: &ManyLight,
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+) -> Option<InterimMaps> {
+    let cx = &GroupContext {
+        method,
+        scene,
+        limits,
+        group: &PassGroup::single_pass(method, run.pass.index),
+        run: *run,
+    };
+    let candidates = Candidates::by_flux(limits, trace::photons(cx));
+    let importons = trace::importons(cx);
+    let photons = candidates.photons.clone();
+    let photon_map = (run.stats).time("maps", || KdTree::build_ordered(photons));
+    let camera = MapCamera {
+        scene,
+        limits,
+        importons: &importons,
+        photons: &photon_map,
+    };
+    if run.cancelled() {
+        return None;
     }
+    let pixels = run.stats.time("shade", || camera.pixels());
+    if run.cancelled() {
+        return None;
+    }
+    let (placed, relaxed) = placed_lights(cx, &camera, candidates);
+    Some(InterimMaps {
+        size: scene.sensor.desc().film.crop_size,
+        importance: pixels.iter().map(|p| p.importance).collect(),
+        irradiance: pixels.iter().map(|p| p.irradiance).collect(),
+        product: (pixels.iter())
+            .map(|p| p.importance * p.irradiance.luminance())
+            .collect(),
+        shading: pixels.iter().map(|p| p.shading).collect(),
+        placed,
+        relaxed,
+    })
 }
 
 /// The lights before and after relaxation.
 fn placed_lights(
     cx: &GroupContext,
     camera: &MapCamera,
-    photons: Vec<Photon>,
+    candidates: Candidates,
 ) -> (Vec<PlacedLight>, Vec<PlacedLight>) {
-    let stats = cx.run.stats;
-    let weights = match cx.method.placement {
-        Placement::Uniform => luminances(&photons),
-        Placement::Importance | Placement::Relaxed => stats.time("importance", || {
-            importance_times_flux(camera.importons, &photons)
-        }),
+    let candidates = match cx.method.placement {
+        Placement::Uniform => candidates,
+        Placement::Importance | Placement::Relaxed => {
+            weighted_by_importance(cx, candidates, camera.importons)
+        }
     };
-    stats.time("lights", || {
-        let candidates = thinned_candidates(cx, photons, weights);
+    let candidates = thinned(cx, candidates);
+    cx.run.stats.time("lights", || {
         let sites = selected_sites(cx, &candidates);
+        let relaxed = relax(cx.scene, &candidates, &sites);
         let photons = &candidates.photons;
-        let relaxed = relax(cx.scene, photons, &sites);
         (
             camera.lights(photons, &sites),
             camera.lights(photons, &relaxed),
@@ -182,7 +181,7 @@ impl MapCamera<'_> {
         let ray = self.scene.sensor.ray(film_position, MIDDLE).ray;
         let mut walk = Walk::from_sensor(self.scene, self.limits, ray);
         while let Some(v) = walk.advance() {
-            if v.segments > MAX_CHAIN || !self.limits.allow(v.segments + 1) {
+            if v.segments > MAX_SPECULAR_SEGMENTS || !self.limits.allow(v.segments + 1) {
                 return None;
             }
             if walk.pass_through(&v, MIDDLE.x) {
@@ -234,7 +233,8 @@ impl MapCamera<'_> {
         sites.par_iter().map(light).collect()
     }
 
-    /// Film position of a photon, if the camera sees the side on which it arrives, or any side of a transmitting surface.
+    /// Film position of a photon, if the camera sees the side on which it arrives, or any side of a
+    /// transmitting surface.
     fn film_position(&self, photon: &Photon) -> Option<Vec2> {
         let seen = self.scene.sensor.connect(photon.p, MIDDLE)?;
         let x = self.scene.surface_point(photon.at);

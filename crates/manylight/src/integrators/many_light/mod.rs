@@ -1,61 +1,63 @@
-//! The method of the paper: indirect light from virtual lights. Start reading at [`ManyLight::prepare`].
+//! The method of the paper: indirect light from virtual lights. Start reading at
+//! [`ManyLight::prepare`].
 //!
 //! | stage | file |
 //! |---|---|
 //! | how many lights and emitter samples suit the scene | `effort.rs` |
 //! | which passes share a set of lights, and how far it is refined | `schedule.rs` |
 //! | 1. trace photons from the emitters; importons from the camera, when placement needs them | `trace.rs` |
-//! | 2. place: keep photons as sites of lights, by importance times flux | `place.rs` |
-//! | 3. assign the flux of every photon to a light | `assign.rs` |
-//! | 4. build the radiant intensity of every light, and the radiance cache | `build.rs`, `radiance_cache.rs` |
-//! | 5. shade every pixel by the lights | `shade.rs`, see there for its stages |
+//! | 2. place: photons become sites of lights, by importance times flux | `lights.rs` |
+//! | 3. assign the flux of every photon to a light | `lights.rs` |
+//! | 4. build the radiant intensity of every light | `lights.rs` |
+//! | 5. prepare the compensation of clamping: a radiance cache, and photons | `radiance_cache.rs`, `compensation_photons.rs` |
+//! | 6. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
-//! The settings are in `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`.
-//! [`super::partition`] defines which path belongs to which film layer.
+//! Stages 2 to 4 are made of the modules of [`crate::virtual_lights`]. The settings are in
+//! `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`. [`super::partition`]
+//! defines which path belongs to which film layer.
 //!
-//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light
+//! Methods", Eurographics 2015.
 
-mod arriving;
-mod assign;
 mod axes;
-mod build;
-mod camera_paths;
-mod caustic_shares;
+mod chain;
 mod compensation;
 mod compensation_photons;
-mod cut_tolerance;
 mod density_estimates;
+mod direction;
 mod effort;
-mod gather_points;
-mod gather_vertices;
-mod gathering;
+mod gather_point;
 mod interim_maps;
+mod lights;
 mod paths;
-mod place;
-mod pre_pass;
-mod prepared;
+mod prefix;
 mod presets;
 mod radiance_cache;
-mod sampling_lanes;
 mod schedule;
 mod settings;
 mod shade;
-mod specular_chains;
 mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
 pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
-pub use cut_tolerance::DARKEST_PIXEL;
+pub(super) use effort::with_fixed_effort;
 pub use interim_maps::{InterimMaps, PlacedLight};
-pub use prepared::PreparedPasses;
+pub use lights::DARKEST_PIXEL;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
 pub use settings::ManyLight;
 
 use super::context::PassContext;
 use crate::film::Film;
+use crate::gather::{Gather, LightIndex};
+use crate::maps::{IncidentMap, KdTree};
+use crate::particles::Photon;
 use crate::scene::{PathLimits, Scene};
+use crate::virtual_lights::NearestLights;
+use compensation_photons::CompensationPhoton;
+use density_estimates::PixelFootprint;
+use radiance_cache::CacheParticles;
 use schedule::{GroupContext, LightSubsets};
 use trace::PhotonMaps;
 
@@ -78,23 +80,63 @@ impl ManyLight {
         // 1. Trace photons from the emitters.
         let photons = trace::photons(cx);
         let maps = PhotonMaps::of(cx, &photons);
-        // 2. Place lights on photons, by importance times flux. Importance comes from importons, traced from the camera.
-        let (candidates, particles) = place::candidates(cx, photons);
-        let sites = place::sites(cx, &candidates);
+        // 2. Place lights on photons, by importance times flux. Importance comes from importons,
+        //    traced from the camera.
+        let candidates = lights::candidates(cx, photons);
+        let cache_particles = CacheParticles::draw(cx, &candidates);
+        let candidates = lights::thinned(cx, candidates);
+        let sites = lights::sites(cx, &candidates);
         // 3. Assign the flux of all photons to the lights.
-        let (clusters, nearest) = assign::clusters(cx, &candidates, &sites);
+        let (clusters, nearest) = lights::clusters(cx, &candidates, &sites);
         // 4. Build the emission of the lights that the passes divide among them.
         let subsets = LightSubsets::divide(cx, clusters.len());
-        let lights = build::lights(cx, &candidates.photons, &clusters, &subsets);
-        let gather = build::gather(cx, &lights, &subsets);
-        let index = build::index(cx, lights);
-        let cache = build::radiance_cache(cx, particles, &nearest);
-        // 5. Shade: [`PreparedPasses::shade_tile`].
-        PreparedPasses::new(cx, gather, index, subsets, nearest, maps, cache)
+        let lights = lights::lights(cx, &candidates.photons, &clusters, &subsets);
+        let gather = lights::gather(cx, &lights, &subsets);
+        let lights = lights::index(cx, lights);
+        let tolerance = lights::cut_tolerance(cx, &gather, &lights);
+        // 5. Compensate clamping: by directions that end at a radiance cache, and by photons.
+        let cache = RadianceCache::new(cx, cache_particles, &nearest);
+        let clamping = (&gather, &subsets);
+        let compensation_photons =
+            compensation_photons::assigned(cx, maps.reflected, clamping, &lights, &nearest);
+        // 6. Shade: [`PreparedPasses::shade_tile`].
+        PreparedPasses {
+            scene,
+            limits,
+            group: group.clone(),
+            compensation: self.compensation,
+            emitter_samples: self.emitter_samples,
+            camera_paths: self.started_paths(),
+            pixel: PixelFootprint::of(scene),
+            gather,
+            lights,
+            subsets,
+            tolerance,
+            nearest,
+            incident: maps.incident,
+            caustics: maps.caustics,
+            cache,
+            compensation_photons,
+        }
     }
 
-    /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is made where it is
-    /// missing or of another group. `false` if cancelled.
+    /// The group of pass `index`. It depends on the settings and the index alone.
+    pub fn pass_group(&self, index: u32) -> PassGroup {
+        PassGroup::of_pass(self, index)
+    }
+
+    /// The maps of the pass that `run` names, in a group of that pass alone. `None` if cancelled.
+    pub fn interim_maps(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> Option<InterimMaps> {
+        interim_maps::interim_maps(self, scene, limits, run)
+    }
+
+    /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is
+    /// made where it is missing or of another group. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
         scene: &'s Scene,
@@ -117,4 +159,33 @@ impl ManyLight {
             prepared.shade_tile(run, &positions, samples);
         })
     }
+}
+
+/// Everything that the passes of a group shade with.
+#[derive(Debug)]
+pub struct PreparedPasses<'s> {
+    scene: &'s Scene,
+    limits: PathLimits,
+    group: PassGroup,
+    compensation: Compensation,
+    /// Emitter samples per direction at the first gather points.
+    emitter_samples: u32,
+    /// Camera paths that a pixel starts with in a pass.
+    camera_paths: u32,
+    pixel: PixelFootprint,
+    gather: Gather,
+    /// The virtual lights.
+    pub lights: LightIndex<'s>,
+    subsets: LightSubsets,
+    /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0
+    /// without cuts.
+    tolerance: f32,
+    /// The light that a photon anywhere would be assigned to.
+    pub nearest: NearestLights,
+    /// Photons that arrive straight from the environment.
+    incident: IncidentMap,
+    /// Photons with a specular last event.
+    pub caustics: KdTree<Photon>,
+    cache: RadianceCache,
+    compensation_photons: KdTree<CompensationPhoton>,
 }

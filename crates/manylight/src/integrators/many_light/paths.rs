@@ -1,4 +1,10 @@
-//! The camera paths of a tile, as walks of a stream: what each is followed for.
+//! What each camera path of a tile is followed for: the payload of the walks of its stream.
+//!
+//! | part of a path | starts | ends | file |
+//! |---|---|---|---|
+//! | prefix | at the camera | at a gather point, or on an emitter | `prefix.rs` |
+//! | sampled direction | at a gather point | by compensation, or on an emitter | `direction.rs` |
+//! | chain | where a sampled direction meets specular lobes | at another gather point | `chain.rs` |
 
 use crate::color::Rgb;
 use crate::integrators::camera_round::{CameraPath, FirstPart};
@@ -6,18 +12,19 @@ use crate::integrators::first_event::SampleShare;
 use crate::integrators::partition::PathStage;
 use crate::sampling::{LowDiscrepancySequence, Sampler};
 
-/// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
-/// reflection and refraction are noisy.
+/// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes
+/// and the choice between reflection and refraction are noisy.
 pub(super) const SPLIT: u32 = 8;
-/// Camera paths that look for emitters, per path that gathers. Lamps that are smaller than a pixel, and their edges and
-/// reflections, have much noise, and these paths cost little. Measured at 1, 4 and 8, over 4 passes at 160x90: relMSE times time is
-/// 1, 0.74 and 0.88 in the Kitchen, 1, 0.67 and 0.85 in the Disco, 1, 0.94 and 0.93 in the Garage.
+/// Camera paths that look for emitters, per path that gathers. Lamps that are smaller than a pixel,
+/// and their edges and reflections, have much noise, and these paths cost little. Measured at 1, 4
+/// and 8, over 4 passes at 160x90: relMSE times time is 1, 0.74 and 0.88 in the Kitchen, 1, 0.67
+/// and 0.85 in the Disco, 1, 0.94 and 0.93 in the Garage.
 pub(super) const EMISSION_PATHS: u32 = 4;
-/// Growth of the largest radius of density estimates per length of segments after a non-specular event, in rad: caustics seen
-/// by such events may be blurred more. Unmeasured.
+/// Growth of the largest radius of density estimates per length of segments after a non-specular
+/// event, in rad: caustics seen by such events may be blurred more. Unmeasured.
 const INDIRECT_RADIUS_ANGLE: f32 = 0.02;
 
-/// What is kept for a camera path.
+/// What a camera path carries.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
     /// Index of the pixel in the tile.
@@ -62,7 +69,7 @@ pub(super) struct Direction {
 /// See [`PathPart::Chain`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chain {
-    /// See [`GatherPath::first_weight`](super::gather_vertices::GatherPath::first_weight).
+    /// See [`GatherPath::first_weight`](super::gather_point::GatherPath::first_weight).
     pub(super) first_weight: f32,
     /// Largest radius of density estimates at the end of the path, in m.
     pub(super) max_photon_radius: f32,
@@ -136,7 +143,8 @@ impl CameraPath for PathState {
     }
 }
 
-/// Random numbers that the camera paths of a pixel share, so that together they fill their domains evenly.
+/// Random numbers that the camera paths of a pixel share, so that together they fill their domains
+/// evenly.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PixelNumbers {
     pub(super) events: LowDiscrepancySequence,

@@ -1,18 +1,22 @@
 //! A cache of the radiance that surfaces reflect. It ends the directions of bias compensation.
 //!
-//! A direction sampled at `x` that meets a surface at `y` needs the radiance that the non-specular lobes at `y` reflect towards
-//! `x`. Photons estimate it. Diffuse lobes reflect the irradiance of the nearest cache point, which is estimated ahead from the
-//! photons around that point. Glossy lobes reflect the photons around `y`.
+//! A direction sampled at `x` that meets a surface at `y` needs the radiance that the non-specular
+//! lobes at `y` reflect towards `x`. Photons estimate it. Diffuse lobes reflect the irradiance of
+//! the nearest cache point, which is estimated ahead from the photons around that point. Glossy
+//! lobes reflect the photons around `y`.
 //!
-//! The estimates blur light over their kernels. The kernels shrink from pass to pass as those of caustics, so that the mean
-//! over passes converges to the right image. Near corners, where `x` lies within the kernel at `y`, the cache is not used.
+//! The estimates blur light over their kernels. The kernels shrink from pass to pass as those of
+//! caustics, so that the mean over passes converges to the right image. Near corners, where `x`
+//! lies within the kernel at `y`, the cache is not used.
 //!
-//! Where `x` is far enough, a path never goes on beyond `y`. Going on with probability 1/8, with the difference to the cache
-//! weighted by 8, keeps the expectation of paths without a cache; measured, it has 12 times the variance in the Kitchen
-//! and 10 times in the U-Shape, since each path that goes on is noisy.
+//! Where `x` is far enough, a path never goes on beyond `y`. Going on with probability 1/8, with
+//! the difference to the cache weighted by 8, keeps the expectation of paths without a cache;
+//! measured, it has 12 times the variance in the Kitchen and 10 times in the U-Shape, since each
+//! path that goes on is noisy.
 //!
-//! Sources: Jensen, "Global Illumination Using Photon Maps", EGWR 1996; Christensen, "Faster Photon Map Global Illumination",
-//! JGT 1999, for irradiance at a subset of the photons. Here the light is weighted by the clamped fraction.
+//! Sources: Jensen, "Global Illumination Using Photon Maps", EGWR 1996; Christensen, "Faster Photon
+//! Map Global Illumination", JGT 1999, for irradiance at a subset of the photons. Here the light is
+//! weighted by the clamped fraction.
 
 use super::Compensation;
 use super::compensation_photons::direction_fraction;
@@ -24,37 +28,43 @@ use crate::ids::LightId;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
 };
-use crate::maps::{COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, Patch, covered_fraction};
+use crate::maps::{
+    ArrivingPhotons, COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, Patch, PhotonReceiver,
+    covered_fraction,
+};
 use crate::math::Vec3;
 use crate::particles::Photon;
-use crate::sampling::{Stream, rng};
+use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::Vertex;
-use crate::virtual_lights::candidates::keeping_probabilities;
+use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 
-/// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the compensation falls from 0.0061 to
-/// 0.0042 of relMSE in the U-Shape, for 5 % more time.
+/// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the
+/// compensation falls from 0.0061 to 0.0042 of relMSE in the U-Shape, for 5 % more time.
 pub(super) const CACHE_NEIGHBORS: usize = 48;
-/// Most photons of the cache per pass of its group. Unmeasured: kernels are narrower with more of them.
+/// Most photons of the cache per pass of its group. Unmeasured: kernels are narrower with more of
+/// them.
 const PHOTONS_PER_PASS: usize = 1 << 17;
 /// Photons per cache point, at least. Unmeasured: most photons must be left for the estimates.
 const PHOTONS_PER_POINT: usize = 8;
-/// Largest probability with which a photon makes a cache point and is none of the estimates. Unmeasured: bounds the flux of the
-/// photons that remain.
+/// Largest probability with which a photon makes a cache point and is none of the estimates.
+/// Unmeasured: bounds the flux of the photons that remain.
 const MAX_POINT_PROBABILITY: f32 = 0.25;
-/// Most cache points per pass of its group. Measured against four times as many, over 8 passes at 160x90: no gain in the Kitchen
-/// and the U-Shape, for 5 to 13 % more time.
+/// Most cache points per pass of its group. Measured against four times as many, over 8 passes at
+/// 160x90: no gain in the Kitchen and the U-Shape, for 5 to 13 % more time.
 const POINTS_PER_PASS: usize = 1 << 14;
 /// Largest distance from `y` to its cache point, in radii of the kernels around. Unmeasured.
 const REACH: f32 = 2.0;
-/// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or twice as much change the error of
-/// Kitchen and U-Shape by at most 3 %.
+/// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or
+/// twice as much change the error of Kitchen and U-Shape by at most 3 %.
 const LEAST_DISTANCE: f32 = 2.0;
-/// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer ones do without the cache.
+/// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer
+/// ones do without the cache.
 const MAX_EXTRA_SEGMENTS: usize = 6;
-/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point. Unmeasured: bounds the search.
+/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point.
+/// Unmeasured: bounds the search.
 const MAX_GLOSSY_RADIUS: f32 = 2.0;
 
 /// A photon of the cache.
@@ -91,15 +101,20 @@ impl CachePhoton {
 pub(super) struct CacheParticles {
     /// Those of the estimates.
     photons: Vec<CachePhoton>,
-    /// Those at which there are cache points. They are drawn independently of the others: a cell around a photon of the
-    /// estimate would be too bright.
+    /// Those at which there are cache points. They are drawn independently of the others: a cell
+    /// around a photon of the estimate would be too bright.
     points: Vec<Photon>,
 }
 
 impl CacheParticles {
-    /// Draws from `photons` with probability by `weights`. Nothing is drawn without compensation, and for bidirectional lightcuts, where
-    /// roulette ends the camera paths.
-    pub(super) fn draw(cx: &GroupContext, photons: &[Photon], weights: &[f32]) -> Self {
+    /// Draws photons with probability by their weights. Nothing is drawn without compensation, and
+    /// for bidirectional lightcuts, where roulette ends the camera paths.
+    pub(super) fn draw(cx: &GroupContext, candidates: &Candidates) -> Self {
+        cx.run.stats.time("maps", || Self::drawn(cx, candidates))
+    }
+
+    fn drawn(cx: &GroupContext, candidates: &Candidates) -> Self {
+        let photons = &candidates.photons;
         let mut particles = CacheParticles::default();
         let is_bidirectional = matches!(cx.method.strategy, Strategy::Bidirectional(_));
         if cx.method.compensation == Compensation::None || is_bidirectional {
@@ -107,17 +122,17 @@ impl CacheParticles {
         }
         let passes = cx.group.passes.len();
         let points = (photons.len() / PHOTONS_PER_POINT).clamp(1, POINTS_PER_PASS * passes);
-        let is_point = keeping_probabilities(photons, weights, points);
-        let is_kept = keeping_probabilities(photons, weights, PHOTONS_PER_PASS * passes);
+        let of_point = candidates.inclusion_probabilities(points);
+        let of_photon = candidates.inclusion_probabilities(PHOTONS_PER_PASS * passes);
         let mut rng = cx.run.pass.sampler(Stream::Selection, 3);
-        for (photon, (is_point, is_kept)) in photons.iter().zip(is_point.iter().zip(is_kept)) {
-            let is_point = is_point.min(MAX_POINT_PROBABILITY);
-            if rng.next_1d() < is_point {
+        for (photon, (of_point, of_photon)) in photons.iter().zip(of_point.iter().zip(of_photon)) {
+            let of_point = of_point.min(MAX_POINT_PROBABILITY);
+            if rng.next_1d() < of_point {
                 particles.points.push(*photon);
-            } else if rng.next_1d() < is_kept {
-                let represented = 1.0 / ((1.0 - is_point) * is_kept);
-                let kept = CachePhoton::new(photon, represented);
-                particles.photons.push(kept);
+            } else if rng.next_1d() < of_photon {
+                let represented = 1.0 / ((1.0 - of_point) * of_photon);
+                let photon = CachePhoton::new(photon, represented);
+                particles.photons.push(photon);
             }
         }
         particles
@@ -136,14 +151,22 @@ impl OnSurface for CachePhoton {
     fn normal(&self) -> Vec3 {
         self.n
     }
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.wi
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        u32::from(self.depth)
+    }
 }
 
 /// Diffusely reflected light around a photon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CachePoint {
     patch: Patch,
-    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in W/m²: the irradiance, where `a`
-    /// does not depend on direction.
+    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in
+    /// W/m²: the irradiance, where `a` does not depend on direction.
     irradiance: Rgb,
     /// Radius of the kernel, in m.
     radius: f32,
@@ -171,8 +194,8 @@ impl CachePoint {
         }
     }
 
-    /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a camera path of `segments` segments, in
-    /// W/(m² sr).
+    /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a
+    /// camera path of `segments` segments, in W/(m² sr).
     pub(super) fn reflected(&self, f: Rgb, segments: u32) -> Rgb {
         let fraction = match segments.saturating_sub(2) as usize {
             0 => 1.0,
@@ -204,6 +227,10 @@ impl RadianceCache {
         particles: CacheParticles,
         nearest: &NearestLights,
     ) -> Self {
+        (cx.run.stats).time("maps", || Self::of_particles(cx, particles, nearest))
+    }
+
+    fn of_particles(cx: &GroupContext, particles: CacheParticles, nearest: &NearestLights) -> Self {
         let mut cache = RadianceCache {
             points: KdTree::build(Vec::new()),
             photons: KdTree::build(Vec::new()),
@@ -240,7 +267,9 @@ impl RadianceCache {
             p: photon.p,
             n: photon.n,
         };
-        let radius = self.estimate(receiver, f32::INFINITY, found, |other, kernel| {
+        let bandwidth = self.bandwidth(f32::INFINITY);
+        let photons = &self.photons;
+        let radius = density_estimate(photons, receiver, bandwidth, found, |other, kernel| {
             let a = bsdf.diffuse_weight(other.wi).zip(facing, relative);
             let arriving = other.flux * a * kernel;
             irradiance += arriving;
@@ -251,20 +280,21 @@ impl RadianceCache {
             }
         });
         let all = irradiance.luminance().max(f32::MIN_POSITIVE);
-        // Not by position: results must not depend on the unit of length.
-        let turn = rng::unit(rng::key(photon.wi.to_array()));
+        let (geometry, probes) = (&scene.geometry, COVERAGE_PROBES_INDIRECT);
+        let covered = covered_fraction(geometry, receiver, radius, probes, photon.wi);
         let location = SurfaceLocation::of_photon(photon, scene);
         CachePoint {
             patch: Patch::new(photon.p, photon.n, location.material, 1.0),
-            irradiance: irradiance / covered(scene, receiver, radius, turn),
+            irradiance: irradiance / covered,
             radius,
             light,
             within_limits: within_limits.map(|sum| sum / all),
         }
     }
 
-    /// The nearest cache point of the surface at `y`; `None` if none is near, or if photons do not tell which fraction of their
-    /// light is within the path limits, for camera paths of `segments` segments to `y`.
+    /// The nearest cache point of the surface at `y`; `None` if none is near, or if photons do not
+    /// tell which fraction of their light is within the path limits, for camera paths of `segments`
+    /// segments to `y`.
     pub(super) fn point(&self, y: &SurfaceLocation, segments: u32) -> Option<&CachePoint> {
         let extra = segments.saturating_sub(2) as usize;
         if self.limits.max_depth.is_some() && extra > MAX_EXTRA_SEGMENTS {
@@ -279,15 +309,17 @@ impl RadianceCache {
         let (any, d2) = (self.points).cheapest(y.p, f32::INFINITY, |_, d2| Some(d2))?;
         let radius = points[any as usize].radius;
         let reach = REACH * REACH * d2.max(radius * radius);
-        // The nearest point of any surface usually is of the right one, and bounds the search otherwise.
+        // The nearest point of any surface usually is of the right one, and bounds the search
+        // otherwise.
         let limit = cost(any).map_or(reach, |c| c.min(reach));
         let (k, d2) = self.points.cheapest(y.p, limit, |k, _| cost(k))?;
         let point = &points[k as usize];
         (d2 <= point.radius * point.radius).then_some(point)
     }
 
-    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by the photons around `y`, with the cache
-    /// point of `y`. Directions account for light of emitters up to `direction_limit`.
+    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by
+    /// the photons around `y`, with the cache point of `y`. Directions account for light of
+    /// emitters up to `direction_limit`.
     pub(super) fn glossy_radiance(
         &self,
         scene: &Scene,
@@ -295,50 +327,35 @@ impl RadianceCache {
         direction_limit: f32,
         found: &mut Neighbors,
     ) -> Rgb {
-        let (bsdf, wo) = (&y.bsdf, y.w_prev);
-        let receiver = DensityReceiver {
-            p: y.x.p,
-            n: y.x.normal_towards(wo),
+        let at = PhotonReceiver {
+            x: &y.x,
+            bsdf: &y.bsdf,
+            wo: y.w_prev,
+            segments: y.segments,
+            limits: self.limits,
         };
-        let largest = MAX_GLOSSY_RADIUS * point.radius / self.share;
-        let mut arriving: Vec<(&CachePhoton, f32)> = Vec::with_capacity(CACHE_NEIGHBORS);
-        let radius = self.estimate(receiver, largest, found, |photon, kernel| {
-            let cos = photon.wi.dot(y.x.ng).abs();
-            if cos > 0.0 && self.limits.allow(y.segments + u32::from(photon.depth)) {
-                arriving.push((photon, kernel / cos));
-            }
-        });
-        let directions: Vec<Vec3> = arriving.iter().map(|(photon, _)| photon.wi).collect();
-        let mut reflected = Vec::with_capacity(directions.len());
-        bsdf.f_cos_each_wi(&directions, wo, Lobes::NON_SPECULAR, &mut reflected);
+        let n = y.x.normal_towards(y.w_prev);
+        let bandwidth = self.bandwidth(MAX_GLOSSY_RADIUS * point.radius / self.share);
+        let arriving = ArrivingPhotons::around(&self.photons, at, n, bandwidth, found);
         let mut sum = Rgb::BLACK;
-        for (&(photon, kernel), f_cos) in arriving.iter().zip(reflected) {
+        arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
             let fraction = match photon.from_emitter {
                 true => direction_fraction(direction_limit, f_cos),
                 false => 1.0,
             };
             sum += photon.flux * f_cos * (fraction * kernel);
+        });
+        match sum.is_black() {
+            true => sum,
+            false => sum / arriving.covered(&scene.geometry, COVERAGE_PROBES_INDIRECT),
         }
-        if sum.is_black() {
-            return sum;
-        }
-        let turn = rng::unit(rng::key(wo.to_array()));
-        sum / covered(scene, receiver, radius, turn)
     }
 
-    /// Calls `visit` with the photons around a receiver and their kernel weights in 1/m². Returns the radius of the kernel in m.
-    fn estimate<'c>(
-        &'c self,
-        receiver: DensityReceiver,
-        largest: f32,
-        found: &mut Neighbors,
-        visit: impl FnMut(&'c CachePhoton, f32),
-    ) -> f32 {
-        let bandwidth = Bandwidth {
+    fn bandwidth(&self, largest: f32) -> Bandwidth {
+        Bandwidth {
             largest,
             share: self.share,
-        };
-        density_estimate(&self.photons, receiver, bandwidth, found, visit)
+        }
     }
 
     /// Bytes of the cache of a group of `passes` passes with this number of photons, at most.
@@ -348,9 +365,4 @@ impl RadianceCache {
         bytes(PHOTONS_PER_PASS, size_of::<CachePhoton>())
             + bytes(POINTS_PER_PASS, size_of::<CachePoint>())
     }
-}
-
-fn covered(scene: &Scene, receiver: DensityReceiver, radius: f32, turn: f32) -> f32 {
-    let probes = COVERAGE_PROBES_INDIRECT;
-    covered_fraction(&scene.geometry, receiver, radius, probes, turn)
 }

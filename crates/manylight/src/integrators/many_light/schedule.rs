@@ -1,15 +1,16 @@
-//! The schedule of passes: which passes share a set of virtual lights, how the lights are divided among them, and how far
-//! the lights are refined.
+//! The schedule of passes: which passes share a set of virtual lights, how the lights are divided
+//! among them, and how far the lights are refined.
 //!
-//! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and divided evenly along
-//! the space-filling curve. A group of 8 passes has 8 times the lights, each of which represents an 8th of the photons. Such lights
-//! differ less from each other, so that an 8th of them has less noise than a set that is made for one pass.
+//! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and
+//! divided evenly along the space-filling curve. A group of 8 passes has 8 times the lights, each
+//! of which represents an 8th of the photons. Such lights differ less from each other, so that an
+//! 8th of them has less noise than a set that is made for one pass.
 //!
-//! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i` the first pass of the group.
-//! The bias of the mean over `n` passes falls as `1/√n`, as does its noise.
+//! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i`
+//! the first pass of the group. The bias of the mean over `n` passes falls as `1/√n`, as does its
+//! noise.
 
-use super::axes::Resampling;
-use super::settings::ManyLight;
+use super::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::sampling::Stream;
@@ -22,8 +23,8 @@ const MAX_GROUP_PASSES: u32 = 8;
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.
 const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
-/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first 16 passes, the default
-/// of a render, are hardly refined.
+/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first
+/// 16 passes, the default of a render, are hardly refined.
 const UNREFINED_PASSES: f32 = 16.0;
 /// Most lights that are placed in a group for the sake of refinement: bounds its memory.
 const MAX_REFINED_LIGHTS: u32 = 1 << 18;
@@ -33,14 +34,15 @@ const MAX_REFINED_LIGHTS: u32 = 1 << 18;
 pub struct PassGroup {
     /// The passes.
     pub passes: Range<u32>,
-    /// Factor of progressive refinement, at least 1: the area that a light represents is divided by it, up to the rounding of
-    /// `placed_per_shaded`.
+    /// Factor of progressive refinement, at least 1: the area that a light represents is divided by
+    /// it, up to the rounding of `placed_per_shaded`.
     pub refinement: f32,
     /// Emitted photon paths.
     pub photon_paths: u32,
     /// Importon paths.
     pub importon_paths: u32,
-    /// Placed lights per light that a pass sums. The others represent their part of the flux, but are not evaluated.
+    /// Placed lights per light that a pass sums. The others represent their part of the flux, but
+    /// are not evaluated.
     pub placed_per_shaded: u32,
     /// Lights that are placed.
     pub placed_lights: u32,
@@ -48,52 +50,53 @@ pub struct PassGroup {
     pub neighbors: u32,
 }
 
-impl ManyLight {
+impl PassGroup {
     /// The group of pass `index`. It depends on the settings and the index alone.
-    pub fn pass_group(&self, index: u32) -> PassGroup {
-        let passes = self.passes_with(index);
-        let refinement = match self.resampling {
+    pub(super) fn of_pass(method: &ManyLight, index: u32) -> Self {
+        let passes = passes_with(method, index);
+        let refinement = match method.resampling {
             Resampling::New => 1.0,
             Resampling::Progressive => (1.0 + passes.start as f32 / UNREFINED_PASSES).sqrt(),
         };
-        self.group(passes, refinement)
+        PassGroup::new(method, passes, refinement)
     }
 
     /// A group of pass `index` alone, without refinement.
-    pub(super) fn single_pass_group(&self, index: u32) -> PassGroup {
-        self.group(index..index + 1, 1.0)
+    pub(super) fn single_pass(method: &ManyLight, index: u32) -> Self {
+        PassGroup::new(method, index..index + 1, 1.0)
     }
 
-    fn group(&self, passes: Range<u32>, refinement: f32) -> PassGroup {
+    fn new(method: &ManyLight, passes: Range<u32>, refinement: f32) -> Self {
         let count = passes.len() as u32;
-        let shaded = u64::from(self.light_count) * u64::from(count);
+        let shaded = u64::from(method.light_count) * u64::from(count);
         let most = (u64::from(MAX_REFINED_LIGHTS) / shaded.max(1)).max(1);
         let placed_per_shaded = (refinement.round() as u32).min(most as u32);
         PassGroup {
             passes,
             refinement,
-            photon_paths: self.photon_paths * count,
-            importon_paths: self.importon_paths * count,
+            photon_paths: method.photon_paths * count,
+            importon_paths: method.importon_paths * count,
             placed_per_shaded,
-            placed_lights: self.light_count * count * placed_per_shaded,
-            neighbors: (self.neighbors as f32 / refinement) as u32,
+            placed_lights: method.light_count * count * placed_per_shaded,
+            neighbors: (method.neighbors as f32 / refinement) as u32,
         }
     }
+}
 
-    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
-    /// which are through all lights of a pass. Product cuts are through all lights of a group.
-    fn passes_with(&self, index: u32) -> Range<u32> {
-        if matches!(self.strategy, Strategy::Cuts(_)) {
-            return index..index + 1;
-        }
-        let most = MAX_GROUP_PASSES
-            .min(MAX_GROUP_LIGHTS / self.light_count.max(1))
-            .min(MAX_GROUP_PHOTON_PATHS / self.photon_paths.max(1))
-            .min(index);
-        let count = most.checked_ilog2().map_or(1, |log| 1 << log);
-        let start = index - index % count;
-        start..start + count
+/// The passes that share the lights of pass `index`: a power of two of them, at most
+/// [`MAX_GROUP_PASSES`]; one pass with cuts, which are through all lights of a pass. Product cuts
+/// are through all lights of a group.
+fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
+    if matches!(method.strategy, Strategy::Cuts(_)) {
+        return index..index + 1;
     }
+    let most = MAX_GROUP_PASSES
+        .min(MAX_GROUP_LIGHTS / method.light_count.max(1))
+        .min(MAX_GROUP_PHOTON_PATHS / method.photon_paths.max(1))
+        .min(index);
+    let count = most.checked_ilog2().map_or(1, |log| 1 << log);
+    let start = index - index % count;
+    start..start + count
 }
 
 /// What the stages of the method work with to make the lights of a group.
@@ -113,13 +116,14 @@ pub(super) struct LightSubsets {
     passes: Range<u32>,
     /// Number of subsets; some may belong to no pass.
     pub(super) count: u32,
-    /// The subset of the first pass. It is random, so that the mean over passes that end in mid-group is right.
+    /// The subset of the first pass. It is random, so that the mean over passes that end in
+    /// mid-group is right.
     first: u32,
 }
 
 impl LightSubsets {
-    /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are fewer lights than were asked
-    /// for, and some passes share a subset.
+    /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are
+    /// fewer lights than were asked for, and some passes share a subset.
     pub(super) fn divide(cx: &GroupContext, lights: usize) -> Self {
         let GroupContext { method, group, .. } = *cx;
         let passes = group.passes.len() as u32;

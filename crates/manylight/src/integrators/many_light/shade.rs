@@ -1,38 +1,41 @@
-//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one segment of every path:
+//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one
+//! segment of every path:
 //!
 //! | stage | file |
 //! |---|---|
-//! | the paths, and what each is followed for | `paths.rs` |
-//! | the ends of their segments: emission, straight-through transmission, first surfaces | `arriving.rs` |
-//! | paths from the camera through specular events, up to gather points | `camera_paths.rs`, `specular_chains.rs` |
-//! | a non-specular vertex becomes a gather point | `gathering.rs`, `gather_vertices.rs`, `gather_points.rs` |
-//! | emitters and directions sampled at the new gather points; the directions are paths of the next round | `sampling_lanes.rs` |
-//! | light that clamping removes, where directions arrive | `compensation.rs`, `compensation_photons.rs` |
-//! | specular chains seen by glossy lobes | `specular_chains.rs` |
+//! | what each path is followed for | `paths.rs` |
+//! | paths from the camera through specular events, up to gather points | `prefix.rs` |
+//! | emitters and directions sampled at new gather points; the directions are paths of the next round | `direction.rs` |
+//! | specular events, and chains of them that glossy lobes see | `chain.rs` |
+//! | light that clamping removes, where directions arrive | `compensation.rs`, `radiance_cache.rs` |
+//! | a non-specular vertex becomes a gather point | `gather_point.rs` |
 //!
-//! After the last round follow, for all gather points of the tile together, the sums over virtual lights ([`crate::gather`]) and the photons
-//! (`density_estimates.rs`).
+//! After the last round follow, for all gather points of the tile together, the sums over virtual
+//! lights ([`crate::gather`]) and over photons (`density_estimates.rs`, `compensation_photons.rs`).
 
-use super::arriving::Arriving;
-use super::caustic_shares::PHOTON_NEIGHBORS;
-use super::gather_points::{GatherPoint, TileGather};
-use super::prepared::PreparedPasses;
-use super::sampling_lanes::{Sampling, in_order_of_material};
+use super::density_estimates::{caustic_radiance, compensation_photon_radiance};
+use super::direction::{Sampling, emission_fraction, in_order_of_material};
+use super::gather_point::{GatherPath, GatherPoint, TileGather};
+use super::paths::{EMISSION_PATHS, PathPart, PathState};
+use super::trace::PHOTON_NEIGHBORS;
+use super::{PreparedPasses, chain, direction, prefix};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
 use crate::gather::{CutLimits, Gathered, Strategy, WeightedPoint};
-use crate::integrators::camera_round::CameraRound;
+use crate::ids::MaterialId;
+use crate::integrators::camera_round::{CameraRound, follow_paths};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
+use crate::lanes::Width;
 use crate::maps::Neighbors;
 use crate::math::UVec2;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
-use crate::transport::stream::{follow_all, shade_packets};
+use crate::transport::stream::{PacketShader, Walks, shade_packets};
 
-/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in each
-/// pass leave no borders in the mean.
+/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in
+/// each pass leave no borders in the mean.
 pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
     let shift = match strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
@@ -48,7 +51,8 @@ pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
 }
 
 impl<'s> PreparedPasses<'s> {
-    /// Shades the pixels of one tile: first its camera paths, then virtual lights and photons at all gather points together.
+    /// Shades the pixels of one tile: first its camera paths, then virtual lights and photons at
+    /// all gather points together.
     pub(super) fn shade_tile(
         &self,
         run: &PassContext,
@@ -72,7 +76,8 @@ impl<'s> PreparedPasses<'s> {
         counts.add_to(run.stats);
     }
 
-    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to emitters.
+    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to
+    /// emitters.
     fn follow_paths(
         &self,
         run: &PassContext,
@@ -80,29 +85,25 @@ impl<'s> PreparedPasses<'s> {
         tile: &mut TileGather<'s, '_, '_>,
     ) -> u64 {
         let mut shadow_rays = 0;
-        let walks = self.start_paths(run, positions, tile);
-        follow_all(self.scene, walks, |walks, arrivals, next| {
-            let sampled = tile.points.len();
-            let round = CameraRound {
-                scene: self.scene,
-                limits: self.limits,
-                walks,
-                arrivals,
-            };
+        let walks = prefix::start(run, positions, tile);
+        follow_paths(self.scene, self.limits, walks, |round, next| {
+            let first = tile.points.len();
             let mut arriving = Arriving { round, next, tile };
             arriving.leave();
-            shade_packets(arrivals.runs(), &mut arriving);
-            let order = in_order_of_material(&tile.points, sampled);
+            shade_packets(round.arrivals.runs(), &mut arriving);
+            let order = in_order_of_material(&tile.points, first);
             let material = |i: u32| tile.points[i as usize].material;
-            let runs = order.chunk_by(|&i, &j| material(i) == material(j));
+            let runs: Vec<(MaterialId, &[u32])> = order
+                .chunk_by(|&i, &j| material(i) == material(j))
+                .map(|run| (material(run[0]), run))
+                .collect();
             let mut sampling = Sampling {
                 prepared: self,
-                points: &tile.points,
-                vertices: &mut tile.vertices,
+                points: &mut tile.points,
                 connections: &mut tile.connections,
                 next,
             };
-            shade_packets(runs.map(|run| (material(run[0]), run)), &mut sampling);
+            shade_packets(runs.into_iter(), &mut sampling);
             shadow_rays += tile.connections.add_all(self.scene, tile.out);
         });
         shadow_rays
@@ -116,37 +117,44 @@ impl<'s> PreparedPasses<'s> {
         found: &mut Neighbors,
         out: &mut TileSamples,
     ) {
-        let after_x = point.stage.after(Lobes::NON_SPECULAR);
+        let GatherPath {
+            pixel,
+            throughput,
+            stage,
+            ..
+        } = point.path;
+        let pixel = pixel as usize;
+        let after_x = stage.after(Lobes::NON_SPECULAR);
         let mut add = |stage: PathStage, radiance: Rgb| {
-            out.add(point.pixel, stage.layer(), point.throughput * radiance);
+            out.add(pixel, stage.layer(), throughput * radiance);
         };
         add(after_x.after(Lobes::NON_SPECULAR), sum.radiance);
         add(
             after_x.after(Lobes::SPECULAR),
-            self.caustic_radiance(point, found),
+            caustic_radiance(self, point, found),
         );
         add(
             after_x.after_compensating_event(),
-            self.compensation_photon_radiance(point, found),
+            compensation_photon_radiance(self, point, found),
         );
-        if point.stage == PathStage::BeforeX {
+        if stage == PathStage::BeforeX {
             // The error of a cluster that could not be refined has no bound.
             let error = sum.cluster_error.min(1.0);
-            let bound = (point.throughput * sum.radiance * error).luminance();
+            let bound = (throughput * sum.radiance * error).luminance();
             let size = Rgb::splat(sum.terms as f32);
-            out.add(point.pixel, Layer::CutSize, size);
-            out.add(point.pixel, Layer::CutBound, Rgb::splat(bound));
+            out.add(pixel, Layer::CutSize, size);
+            out.add(pixel, Layer::CutBound, Rgb::splat(bound));
         }
     }
 
-    /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may be [`PreparedPasses::tolerance`] in a
-    /// pixel.
+    /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may
+    /// be [`PreparedPasses::tolerance`] in a pixel.
     fn sums(&self, points: &mut [GatherPoint<'s>]) -> Vec<Gathered> {
         if let Strategy::Bidirectional(limits) = self.gather.strategy {
             return self.product_sums(points, limits);
         }
         for point in &mut *points {
-            let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
+            let throughput = point.path.throughput.luminance().max(f32::MIN_POSITIVE);
             point.at.tolerance = self.tolerance / throughput;
         }
         self.gather.sum(self.scene, &self.lights, points)
@@ -154,13 +162,13 @@ impl<'s> PreparedPasses<'s> {
 
     /// [`PreparedPasses::sums`] by one product cut for each pixel.
     fn product_sums(&self, points: &mut [GatherPoint<'s>], limits: CutLimits) -> Vec<Gathered> {
-        points.sort_by_key(|point| point.pixel);
+        points.sort_by_key(|point| point.path.pixel);
         let mut sums = Vec::with_capacity(points.len());
-        for of_pixel in points.chunk_by(|a, b| a.pixel == b.pixel) {
+        for of_pixel in points.chunk_by(|a, b| a.path.pixel == b.path.pixel) {
             let weighted: Vec<WeightedPoint> = (of_pixel.iter())
                 .map(|point| WeightedPoint {
                     at: point.at,
-                    throughput: point.throughput,
+                    throughput: point.path.throughput,
                 })
                 .collect();
             let (lights, tolerance) = (&self.lights, self.tolerance);
@@ -171,13 +179,74 @@ impl<'s> PreparedPasses<'s> {
     }
 }
 
+/// The camera paths of a round, at the ends of their segments.
+struct Arriving<'a, 's, 'o, 't> {
+    round: CameraRound<'a, 's, PathState>,
+    next: &'a mut Walks<PathState>,
+    tile: &'a mut TileGather<'s, 'o, 't>,
+}
+
+impl PacketShader for Arriving<'_, '_, '_, '_> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let Arriving { round, next, tile } = self;
+        let lanes = round.lanes(packet);
+        if lanes.are_done() {
+            return;
+        }
+        let v = round.vertices(s, material, packet);
+        let mut at = round.arrive(s, &v, material);
+        let TileGather { out, points, .. } = &mut **tile;
+        round.see_emitters(at.v, lanes.emits, |path, radiance| {
+            add_emitted(path, radiance, points, out);
+        });
+        let scatters = round.describe_and_pass_through(&mut at, lanes, next, out);
+        if scatters == 0 {
+            return;
+        }
+        prefix::end(s, tile, &mut at, scatters);
+        chain::end(tile, &mut at, scatters);
+        chain::follow(s, tile, &mut at, scatters, next);
+        direction::end(tile, &mut at, scatters);
+    }
+}
+
+impl Arriving<'_, '_, '_, '_> {
+    /// Adds the environment to the paths that leave the scene.
+    fn leave(&mut self) {
+        let (walks, TileGather { out, points, .. }) = (self.round.walks, &mut *self.tile);
+        let guide = |i: u32| {
+            let direction = walks.payload[i as usize].direction()?;
+            points[direction.from as usize].environment.as_ref()
+        };
+        let add = |path: &PathState, radiance, out: &mut TileSamples| {
+            add_emitted(path, radiance, points, out);
+        };
+        self.round.leave(guide, add, out);
+    }
+}
+
+/// Adds the part for which a path accounts of the radiance that is emitted towards it.
+fn add_emitted(path: &PathState, radiance: Rgb, points: &[GatherPoint], out: &mut TileSamples) {
+    let (layer, part) = match &path.part {
+        PathPart::Prefix(_) => (Layer::Emission, 1.0 / EMISSION_PATHS as f32),
+        PathPart::Direction(direction) => {
+            (path.stage.layer(), emission_fraction(direction, points))
+        }
+        // Photons account for it: emitters may be small.
+        PathPart::Chain(_) => return,
+    };
+    out.add(path.pixel as usize, layer, radiance * part);
+}
+
 /// Statistics of a tile.
 #[derive(Default)]
 struct TileCounts {
     camera_paths: u64,
     connections: u64,
     shadow_rays: u64,
-    /// Luminance that the clamp removed at the first gather points, and that before clamping, in W/(m² sr).
+    /// Luminance that the clamp removed at the first gather points, and that before clamping, in
+    /// W/(m² sr).
     clamped: f64,
     unclamped: f64,
 }
@@ -186,8 +255,8 @@ impl TileCounts {
     fn add(&mut self, point: &GatherPoint, sum: &Gathered) {
         self.connections += sum.connections;
         self.shadow_rays += sum.shadow_rays;
-        if point.stage == PathStage::BeforeX {
-            let throughput = point.throughput.luminance();
+        if point.path.stage == PathStage::BeforeX {
+            let throughput = point.path.throughput.luminance();
             self.clamped += f64::from(sum.clamped * throughput);
             self.unclamped += f64::from(sum.unclamped * throughput);
         }

@@ -1,17 +1,19 @@
-//! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in packets of one material.
+//! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in
+//! packets of one material.
 
 use super::PathState;
 use crate::bsdf::{BsdfSamples, Lobes};
-use crate::color::Rgb;
 use crate::film::TileSamples;
 use crate::ids::MaterialId;
 use crate::integrators::camera_round::{Arrived, CameraRound, PathLanes};
-use crate::integrators::connections::{Connection, Connections};
-use crate::lanes::{Float, Mask, Pair, Width, lane};
+use crate::integrators::connections::{
+    Connections, EmitterQuery, EmitterReflection, ReflectingPath,
+};
+use crate::lanes::{Color, Float, Mask, Pair, Width};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
-use crate::transport::stream::{Bits, PacketShader, WalkRow, Walks, lanes_where};
+use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
 
 /// Shades all vertices of a round.
 pub(super) struct Shading<'a, 'o, 't> {
@@ -26,14 +28,14 @@ impl PacketShader for Shading<'_, '_, '_> {
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let round = self.round;
         let lanes = round.lanes(packet);
-        if !lanes.matter() {
+        if lanes.are_done() {
             return;
         }
         let v = round.vertices(s, material, packet);
         let mut at = round.arrive(s, &v, material);
         round.see_emitters(at.v, lanes.emits, |path, radiance| {
-            self.out
-                .add(path.pixel as usize, path.stage.layer(), radiance);
+            let pixel = path.first.pixel as usize;
+            self.out.add(pixel, path.stage.layer(), radiance);
         });
         if lanes.firsts | (lanes.active & !lanes.ends) != 0 {
             self.advance(s, &mut at, lanes);
@@ -50,7 +52,7 @@ impl Shading<'_, '_, '_> {
         let numbers = at.generators.next_bsdf();
         let sample = at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL);
         round.describe(at.v, || sample, lanes.firsts, self.out);
-        let scatters = round.go_on(at, lanes, self.next, self.out);
+        let scatters = round.pass_through(at, lanes, self.next, self.out);
         self.connect(s, at, u_emitter, scatters);
         self.follow(s, at, &sample, scatters);
     }
@@ -64,36 +66,17 @@ impl Shading<'_, '_, '_> {
         numbers: (Float<S>, Pair<S>),
         scatters: Bits,
     ) {
-        let v = at.v;
-        let receives = scatters & v.bsdf.has(Lobes::FINITE).bits();
+        let receives = scatters & at.v.bsdf.has(Lobes::FINITE).bits();
         if receives == 0 {
             return;
         }
-        let normals = v.bsdf.receiving_normals(v.w_prev);
-        let receives = Mask::from_bits(s, receives);
-        let lights = EmitterSamples::new(self.round.scene, &v.x, normals, numbers, None, receives);
-        if lights.valid.none() {
-            return;
-        }
-        let seen = v.bsdf.direct_responses(lights.wi, v.w_prev);
-        let scale = at.throughput * lights.weight * lights.mis_weight(seen.pdf);
-        let terms = [scale * seen.non_specular, scale * seen.near_delta];
-        let is_lit = !(terms[0].is_black() & terms[1].is_black());
-        let [non_specular, near_delta] = [terms[0].store(), terms[1].store()];
-        let connection = |i: usize| {
-            let path = at.paths.as_ref()[i];
-            let layer = |event| path.stage.after(event).layer();
-            Connection {
-                pixel: path.pixel,
-                max_crossings: self.round.limits.left_after(v.segments.as_ref()[i] + 1),
-                terms: [
-                    (layer(Lobes::DIFFUSE), Rgb::from(lane(&non_specular, i))),
-                    (layer(Lobes::NEAR_DELTA), Rgb::from(lane(&near_delta, i))),
-                ],
-            }
+        let query = EmitterQuery {
+            numbers,
+            guides: None,
+            lanes: Mask::from_bits(s, receives),
         };
-        let lanes = (lights.valid & is_lit).bits();
-        self.connections.push_lanes(&lights, lanes, connection);
+        let scene = (self.round.scene, self.round.limits);
+        (self.connections).connect_emitters(scene, at.v, query, &ByAllLobes { at });
     }
 
     /// Appends the walks that continue along the sampled directions.
@@ -119,23 +102,35 @@ impl Shading<'_, '_, '_> {
             alive &= !plays | u.lt(survival).bits();
             survivor = throughput * plays_in.select(survival.recip(), 1.0);
         }
-        let normals = v.normals();
-        let (throughput, eta_squared) = (survivor.store(), eta_squared.store());
-        let scattered = v.scattered(sample);
+        let segments = v.next_camera_segments(sample, survivor, eta_squared);
         for i in set_bits(alive) {
             let path = at.paths.as_ref()[i];
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&throughput, i),
-                eta_squared: eta_squared.as_ref()[i],
-                segments: v.segments.as_ref()[i],
-                previous: scattered.previous(i, normals.get(i)),
-                sampler: at.generators.get(i),
-                kept: PathState {
-                    stage: path.stage.after(scattered.event(i)),
-                    ..path
-                },
-            });
+            let path = PathState {
+                stage: path.stage.after(segments.event(i)),
+                ..path
+            };
+            self.next.push(segments.row(i, at.generators.get(i), path));
         }
+    }
+}
+
+/// Reflection by all lobes, from which directions are sampled together.
+struct ByAllLobes<'k, 'v, 's, S: Width> {
+    at: &'k Arrived<'v, 's, S, PathState>,
+}
+
+impl<S: Width> EmitterReflection<S> for ByAllLobes<'_, '_, '_, S> {
+    #[inline(always)]
+    fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2] {
+        let v = self.at.v;
+        let seen = v.bsdf.direct_responses(lights.wi, v.w_prev);
+        let scale = self.at.throughput * lights.weight * lights.mis_weight(seen.pdf);
+        [scale * seen.non_specular, scale * seen.near_delta]
+    }
+
+    #[inline(always)]
+    fn path(&self, i: usize) -> ReflectingPath {
+        let path = &self.at.paths.as_ref()[i];
+        ReflectingPath::before_event(path.first.pixel, path.stage)
     }
 }

@@ -1,23 +1,24 @@
-//! The vertices of a round: emitted radiance, density estimates and next-event estimation, and the next segment, in packets of one material.
+//! The vertices of a round: emitted radiance, density estimates and next-event estimation, and the
+//! next segment, in packets of one material.
 
 use super::camera_paths::{PathState, TilePaths};
 use crate::bsdf::Lobes;
-use crate::color::Rgb;
 use crate::emitters::{EnvironmentLobes, LobesOfLanes};
 use crate::ids::MaterialId;
 use crate::integrators::camera_round::{Arrived, CameraRound};
-use crate::integrators::connections::Connection;
+use crate::integrators::connections::{EmitterQuery, EmitterReflection, ReflectingPath};
 use crate::integrators::guiding::{environment_guide, guided_pdfs, sample_directions};
 use crate::integrators::partition::PathStage;
-use crate::lanes::{Color, Mask, Width, lane};
+use crate::lanes::{Color, Float, Mask, Width};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
-use crate::transport::stream::{Bits, PacketShader, WalkRow, Walks, lanes_where};
+use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
 
 /// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
 const DIRECTIONS: u32 = 2;
-/// Factor from the weight of a camera path to its probability of survival before `rr_depth`. Unmeasured: only the weakest paths are terminated.
+/// Factor from the weight of a camera path to its probability of survival before `rr_depth`.
+/// Unmeasured: only the weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 8.0;
 
 /// The camera paths of a round, at the ends of their segments.
@@ -45,7 +46,7 @@ impl PacketShader for Arriving<'_, '_, '_, '_, '_> {
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let round = self.round;
         let lanes = round.lanes(packet);
-        if !lanes.matter() {
+        if lanes.are_done() {
             return;
         }
         let v = round.vertices(s, material, packet);
@@ -54,7 +55,7 @@ impl PacketShader for Arriving<'_, '_, '_, '_, '_> {
         round.see_emitters(at.v, lanes.emits, |path, radiance| {
             pass.add_emitted(path, radiance, out);
         });
-        let scatters = round.describe_and_go_on(&mut at, lanes, self.next, out);
+        let scatters = round.describe_and_pass_through(&mut at, lanes, self.next, out);
         let scatters = lanes_where(scatters, |i| !at.paths.as_ref()[i].ends);
         if scatters == 0 {
             return;
@@ -132,8 +133,8 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
         self.follow(s, at, lanes, followed);
     }
 
-    /// Adds the density estimates at the vertices in `lanes`. Returns the guides of directions from lobes that gather, by lane; an empty list
-    /// if there is none.
+    /// Adds the density estimates at the vertices in `lanes`. Returns the guides of directions from
+    /// lobes that gather, by lane; an empty list if there is none.
     #[inline(always)]
     fn gather<S: Width>(
         &mut self,
@@ -169,58 +170,26 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
         (lanes, throughput): (Bits, Color<S>),
         sets: &[&Reflection<S>],
     ) {
-        let v = at.v;
         let lobes = sets.iter().fold(Lobes::NONE, |all, set| all.or(set.lobes));
-        let lanes = lanes & v.bsdf.has(lobes.and(Lobes::FINITE)).bits();
+        let lanes = lanes & at.v.bsdf.has(lobes.and(Lobes::FINITE)).bits();
         let numbers = (at.generators.next(), at.generators.next_pair());
         if lanes == 0 {
             return;
         }
-        let (scene, limits) = (self.round.scene, self.round.limits);
-        let normals = v.bsdf.receiving_normals(v.w_prev);
-        let lanes = Mask::from_bits(s, lanes);
-        let lights = EmitterSamples::new(scene, &v.x, normals, numbers, None, lanes);
-        if lights.valid.none() {
-            return;
-        }
-        // After a non-specular event, photons estimate what emitters send by near-delta lobes.
-        let by_photons = lanes_where(lanes.bits(), |i| {
-            at.paths.as_ref()[i].stage != PathStage::BeforeX
-        });
-        let classes = [
-            (Lobes::NON_SPECULAR, lanes),
-            (Lobes::NEAR_DELTA, lanes & !Mask::from_bits(s, by_photons)),
-        ];
-        let mut terms = [Color::black(s); 2];
-        for set in sets {
-            let (_, pdf) = v.bsdf.responses(lights.wi, v.w_prev, set.lobes);
-            let weight = lights.mis_weight(guided_pdfs(pdf, set.guides, lights.wi));
-            for ((class, within), term) in classes.into_iter().zip(&mut terms) {
-                let lobes = set.lobes.and(class);
-                if v.bsdf.has(lobes).any() {
-                    let (f_cos, _) = v.bsdf.responses(lights.wi, v.w_prev, lobes);
-                    *term += (f_cos * weight).within(within);
-                }
-            }
-        }
-        let arriving = throughput * lights.weight * (1.0 / self.tile.pass.camera_paths as f32);
-        let terms = [terms[0] * arriving, terms[1] * arriving];
-        let is_lit = lights.valid & !(terms[0].is_black() & terms[1].is_black());
-        let [non_specular, near_delta] = [terms[0].store(), terms[1].store()];
-        let connection = |i: usize| {
-            let path = at.paths.as_ref()[i];
-            let layer = |event| path.stage.after(event).layer();
-            Connection {
-                pixel: path.pixel,
-                max_crossings: limits.left_after(v.segments.as_ref()[i] + 1),
-                terms: [
-                    (layer(Lobes::DIFFUSE), Rgb::from(lane(&non_specular, i))),
-                    (layer(Lobes::NEAR_DELTA), Rgb::from(lane(&near_delta, i))),
-                ],
-            }
+        let query = EmitterQuery {
+            numbers,
+            guides: None,
+            lanes: Mask::from_bits(s, lanes),
         };
-        let connections = &mut self.tile.connections;
-        connections.push_lanes(&lights, is_lit.bits(), connection);
+        let reflection = BySets {
+            at,
+            sets,
+            throughput,
+            camera_paths: self.tile.pass.camera_paths,
+            lanes,
+        };
+        let scene = (self.round.scene, self.round.limits);
+        (self.tile.connections).connect_emitters(scene, at.v, query, &reflection);
     }
 
     /// Appends paths along direction `k` sampled from lobes that gather: they end at emitters.
@@ -237,19 +206,12 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
         let u = (at.generators.next() + k as f32) * (1.0 / DIRECTIONS as f32);
         let samples = sample_directions(at.v, set.guides, set.lobes, numbers, u);
         let alive = samples.valid & !samples.weight.is_black() & Mask::from_bits(s, lanes);
-        let throughput = (throughput * samples.weight).store();
-        let scattered = at.v.scattered(&samples);
-        let normals = at.v.normals();
+        let one = Float::splat(s, 1.0);
+        let segments = (at.v).next_camera_segments(&samples, throughput * samples.weight, one);
         for i in set_bits(alive.bits()) {
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&throughput, i),
-                eta_squared: 1.0,
-                segments: at.v.segments.as_ref()[i],
-                previous: scattered.previous(i, normals.get(i)),
-                sampler: at.generators.draw(i, |sampler| sampler.branch()),
-                kept: at.paths.as_ref()[i].after(set.lobes).ending(),
-            });
+            let path = at.paths.as_ref()[i].after(set.lobes).ending();
+            let sampler = at.generators.draw(i, |sampler| sampler.branch());
+            self.next.push(segments.row(i, sampler, path));
         }
     }
 
@@ -278,19 +240,55 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
             (weight * SURVIVAL_FACTOR).min(1.0),
         );
         let alive = samples.valid & at.generators.next().lt(survival);
-        let (throughput, eta_squared) = ((throughput / survival).store(), eta_squared.store());
-        let scattered = at.v.scattered(&samples);
-        let normals = at.v.normals();
+        let segments = (at.v).next_camera_segments(&samples, throughput / survival, eta_squared);
         for i in set_bits(lanes & alive.bits()) {
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&throughput, i),
-                eta_squared: eta_squared.as_ref()[i],
-                segments: at.v.segments.as_ref()[i],
-                previous: scattered.previous(i, normals.get(i)),
-                sampler: at.generators.get(i),
-                kept: at.paths.as_ref()[i].after(scattered.event(i)),
-            });
+            let path = at.paths.as_ref()[i].after(segments.event(i));
+            self.next.push(segments.row(i, at.generators.get(i), path));
         }
+    }
+}
+
+/// Reflection by sets of lobes, from each of which directions are sampled as well.
+struct BySets<'k, 'v, 's, 'g, S: Width> {
+    at: &'k Arrived<'v, 's, S, PathState>,
+    sets: &'k [&'k Reflection<'g, S>],
+    throughput: Color<S>,
+    /// Camera paths per pixel.
+    camera_paths: u32,
+    lanes: Bits,
+}
+
+impl<S: Width> EmitterReflection<S> for BySets<'_, '_, '_, '_, S> {
+    #[inline(always)]
+    fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2] {
+        let (v, s) = (self.at.v, lights.pdf.width());
+        // After a non-specular event, photons estimate what emitters send by near-delta lobes.
+        let is_first = lanes_where(self.lanes, |i| {
+            self.at.paths.as_ref()[i].stage == PathStage::BeforeX
+        });
+        let classes = [
+            (Lobes::NON_SPECULAR, Mask::from_bits(s, self.lanes)),
+            (Lobes::NEAR_DELTA, Mask::from_bits(s, is_first)),
+        ];
+        let mut terms = [Color::black(s); 2];
+        for set in self.sets {
+            let (_, pdf) = v.bsdf.responses(lights.wi, v.w_prev, set.lobes);
+            let weight = lights.mis_weight(guided_pdfs(pdf, set.guides, lights.wi));
+            for ((class, within), term) in classes.into_iter().zip(&mut terms) {
+                let lobes = set.lobes.and(class);
+                if v.bsdf.has(lobes).any() {
+                    let (f_cos, _) = v.bsdf.responses(lights.wi, v.w_prev, lobes);
+                    *term += (f_cos * weight).within(within);
+                }
+            }
+        }
+        let arriving = self.throughput * lights.weight * (1.0 / self.camera_paths as f32);
+        [terms[0] * arriving, terms[1] * arriving]
+    }
+
+    #[inline(always)]
+    fn path(&self, i: usize) -> ReflectingPath {
+        let path = &self.at.paths.as_ref()[i];
+        ReflectingPath::before_event(path.first.pixel, path.stage)
     }
 }

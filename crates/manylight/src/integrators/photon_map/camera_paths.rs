@@ -6,7 +6,6 @@ use crate::color::Rgb;
 use crate::film::TileSamples;
 use crate::integrators::camera_round::{CameraPath, FirstPart};
 use crate::integrators::connections::Connections;
-use crate::integrators::first_event::SampleShare;
 use crate::integrators::partition::PathStage;
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::particles::Photon;
@@ -26,25 +25,20 @@ pub(super) struct PhotonMapPass<'s> {
     pub(super) camera_paths: u32,
 }
 
-/// What is kept for a camera path.
+/// What a camera path carries.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
-    /// Index of its pixel in the tile.
-    pub(super) pixel: u32,
+    pub(super) first: FirstPart,
     pub(super) stage: PathStage,
     /// It ends at the next surface or in the environment, with the light of emitters.
     pub(super) ends: bool,
     /// Whether it accounts for light of emitters that it meets.
     pub(super) meets_emitters: bool,
-    /// Whether its first surface fills the layers that describe it.
-    pub(super) describes: bool,
-    /// See [`FirstPart`].
-    pub(super) hidden: f32,
-    pub(super) event: SampleShare,
 }
 
 impl PathState {
-    /// After a scattering event of class `event`. After a non-specular event, photons estimate what emitters send by specular events.
+    /// After a scattering event of class `event`. After a non-specular event, photons estimate what
+    /// emitters send by specular events.
     #[inline(always)]
     pub(super) fn after(self, event: Lobes) -> Self {
         let stage = self.stage.after(event);
@@ -65,12 +59,7 @@ impl PathState {
 impl CameraPath for PathState {
     #[inline(always)]
     fn first(&self) -> Option<FirstPart> {
-        Some(FirstPart {
-            pixel: self.pixel,
-            hidden: self.hidden,
-            event: self.event,
-            surface_share: f32::from(u8::from(self.describes)),
-        })
+        Some(self.first)
     }
 }
 
@@ -89,7 +78,7 @@ impl PhotonMapPass<'_> {
     pub(super) fn add_emitted(&self, path: &PathState, radiance: Rgb, out: &mut TileSamples) {
         if path.meets_emitters {
             let value = radiance / self.camera_paths as f32;
-            out.add(path.pixel as usize, path.stage.layer(), value);
+            out.add(path.first.pixel as usize, path.stage.layer(), value);
         }
     }
 

@@ -1,20 +1,24 @@
-//! Photon maps: light on high-roughness lobes is estimated by the density of the photons that arrive there.
+//! Photon maps: light on high-roughness lobes is estimated by the density of the photons that
+//! arrive there.
 //!
 //! Two methods share the camera paths of `camera_paths.rs` and `arriving.rs`:
 //!
-//! * *Progressive* photon mapping follows low-roughness lobes, uses next-event estimation at every vertex, and estimates by
-//!   photons the light that reaches high-roughness lobes from other surfaces. Each pass has its own photons and a smaller
-//!   kernel than the pass before, so that the mean over passes converges to the right image.
-//! * The photon map *shown directly* estimates by photons all light that non-specular lobes reflect, with the same kernel in
-//!   all passes.
+//! * *Progressive* photon mapping follows low-roughness lobes, uses next-event estimation at every
+//!   vertex, and estimates by photons the light that reaches high-roughness lobes from other
+//!   surfaces. Each pass has its own photons and a smaller kernel than the pass before, so that the
+//!   mean over passes converges to the right image.
+//! * The photon map *shown directly* estimates by photons all light that non-specular lobes
+//!   reflect, with the same kernel in all passes.
 //!
-//! At a vertex, the lobes are divided. Lobes that gather end the path: they have density estimates, and one more segment may
-//! meet an emitter. The others are followed. Photons that come from an emitter by specular events alone count for all
-//! non-specular lobes, and followed lobes leave that light out: emitters behind glass may be too small for them. The division
-//! depends on the surface and on events alone, so that every path is counted once.
+//! At a vertex, the lobes are divided. Lobes that gather end the path: they have density estimates,
+//! and one more segment may meet an emitter. The others are followed. Photons that come from an
+//! emitter by specular events alone count for all non-specular lobes, and followed lobes leave that
+//! light out: emitters behind glass may be too small for them. The division depends on the surface
+//! and on events alone, so that every path is counted once.
 //!
-//! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen, "Progressive Photon Mapping", ACM
-//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`progressive_radius_scale`].
+//! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen,
+//! "Progressive Photon Mapping", ACM TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon
+//! Mapping", ACM TOG 2009; radii as in [`progressive_radius_scale`].
 
 mod arriving;
 mod camera_paths;
@@ -38,7 +42,8 @@ use camera_paths::PhotonMapPass;
 /// The light that photons estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimate {
-    /// Light that reaches high-roughness lobes from other surfaces, with a kernel that shrinks from pass to pass.
+    /// Light that reaches high-roughness lobes from other surfaces, with a kernel that shrinks from
+    /// pass to pass.
     Progressive,
     /// All light that non-specular lobes reflect, with the whole kernel in every pass.
     Direct,
@@ -55,8 +60,9 @@ pub struct PhotonMap {
     pub estimate: Estimate,
 }
 
-/// Least roughness of glossy lobes that gather before a non-specular event: lower ones would show single photons. After such an
-/// event, which blurs what is seen, all glossy lobes gather. Unmeasured.
+/// Least roughness of glossy lobes that gather before a non-specular event: lower ones would show
+/// single photons. After such an event, which blurs what is seen, all glossy lobes gather.
+/// Unmeasured.
 const LEAST_GATHERING_ROUGHNESS: f32 = 0.3;
 /// Most camera paths per pixel and pass; see [`PhotonMap::camera_paths`]. Unmeasured.
 const MAX_CAMERA_PATHS: u32 = 16;
@@ -134,13 +140,15 @@ impl PhotonMap {
         pass: Pass,
     ) -> Vec<Photon> {
         trace_photons(scene, guide, limits, paths, pass, |surface, event| {
-            // After a non-specular event, all non-specular lobes gather. Photons of the environment guide directions.
+            // After a non-specular event, all non-specular lobes gather. Photons of the environment
+            // guide directions.
             let is_useful = self.counts(event) || scene.emitters.has_environment();
             (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
         })
     }
 
-    /// Camera paths per pixel in a pass: about as many in all as photon paths, so that neither dominates the time.
+    /// Camera paths per pixel in a pass: about as many in all as photon paths, so that neither
+    /// dominates the time.
     fn camera_paths(&self, size: UVec2) -> u32 {
         let pixels = u64::from(size.x) * u64::from(size.y);
         let rounded = (u64::from(self.photon_paths) + pixels / 2) / pixels.max(1);
@@ -152,7 +160,8 @@ impl PhotonMap {
         self.estimate == Estimate::Direct || event != Lobes::NONE
     }
 
-    /// The lanes in which glossy lobes of these widths gather before the first non-specular event; after it, all do.
+    /// The lanes in which glossy lobes of these widths gather before the first non-specular event;
+    /// after it, all do.
     #[inline(always)]
     fn glossy_gather<S: Width>(&self, width: Float<S>) -> Mask<S> {
         match self.estimate {

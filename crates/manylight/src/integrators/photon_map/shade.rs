@@ -4,7 +4,7 @@ use super::arriving::Arriving;
 use super::camera_paths::{PathState, PhotonMapPass, TilePaths};
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{FilmSampler, TileSamples};
-use crate::integrators::camera_round::{CameraRound, CameraStart};
+use crate::integrators::camera_round::{CameraStart, FirstPart, follow_paths};
 use crate::integrators::connections::Connections;
 use crate::integrators::context::PassContext;
 use crate::integrators::first_event::SampleShare;
@@ -12,7 +12,7 @@ use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
-use crate::transport::stream::{Walks, follow_all, shade_packets};
+use crate::transport::stream::{Walks, shade_packets};
 
 impl PhotonMapPass<'_> {
     pub(super) fn shade_tile(
@@ -32,13 +32,7 @@ impl PhotonMapPass<'_> {
             found_incident: Neighbors::new(MAX_ENVIRONMENT_LOBES),
         };
         let mut shadow_rays = 0;
-        follow_all(scene, walks, |walks, arrivals, next| {
-            let round = CameraRound {
-                scene,
-                limits: self.limits,
-                walks,
-                arrivals,
-            };
+        follow_paths(scene, self.limits, walks, |round, next| {
             let add = |path: &PathState, radiance, out: &mut TileSamples| {
                 self.add_emitted(path, radiance, out);
             };
@@ -48,7 +42,7 @@ impl PhotonMapPass<'_> {
                 next,
                 tile: &mut tile,
             };
-            shade_packets(arrivals.runs(), &mut arriving);
+            shade_packets(round.arrivals.runs(), &mut arriving);
             shadow_rays += tile.connections.add_all(scene, tile.out);
         });
         Stats::count(&run.stats.shadow_rays, shadow_rays);
@@ -76,16 +70,19 @@ impl PhotonMapPass<'_> {
                 let scene = (self.scene, self.limits);
                 let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
                 let path = PathState {
-                    pixel: index as u32,
+                    first: FirstPart {
+                        pixel: index as u32,
+                        hidden: start.hidden,
+                        event: SampleShare {
+                            filter_weight: start.filter_weight,
+                            share: 1.0 / self.camera_paths as f32,
+                        },
+                        // The first of the paths fills the layers that describe first surfaces.
+                        surface_share: f32::from(u8::from(sample == 0)),
+                    },
                     stage: PathStage::BeforeX,
                     ends: false,
                     meets_emitters: true,
-                    describes: sample == 0,
-                    hidden: start.hidden,
-                    event: SampleShare {
-                        filter_weight: start.filter_weight,
-                        share: 1.0 / self.camera_paths as f32,
-                    },
                 };
                 walks.push(start.walk(1, sampler, path));
             }

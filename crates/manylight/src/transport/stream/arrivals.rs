@@ -45,7 +45,8 @@ impl Arrivals {
             .map(|run| (run.material, &self.order[run.range.clone()]))
     }
 
-    /// A counting sort by material: stable, so that the order does not depend on anything but the stream.
+    /// A counting sort by material: stable, so that the order does not depend on anything but the
+    /// stream.
     fn sort(&mut self, scene: &Scene) {
         let primitives = scene.geometry.primitives();
         self.places.clear();

@@ -1,6 +1,6 @@
 //! The environment seen by walks that leave the scene.
 
-use super::{Walks, lanes_where, used};
+use super::{Walks, by_lane, lanes_where, used};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EnvironmentLobes;
@@ -82,7 +82,7 @@ where
     fn run(self) {
         let Packet { escapes, s, packet } = self;
         let walks = escapes.walks;
-        let index = s.each(|i| packet[if i < packet.len() { i } else { 0 }]);
+        let index = by_lane(s, packet);
         let is_hidden = |i: u32| escapes.limits.hide_emitters && walks.event(i) == Lobes::NONE;
         let seen = lanes_where(used(packet.len()), |i| !is_hidden(index.as_ref()[i]));
         if seen == 0 {

@@ -4,10 +4,11 @@
 //!   rays --trace--> hits --sort by material--> packets of sixteen --shade--> rays, connections
 //! ```
 //!
-//! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
-//! its wrappers and its textures (`vertices`). A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
-//! that go on are appended to the stream of the next segment (`walks`), the next round (`rounds`). Walks without a hit see the environment
-//! (`escapes`).
+//! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a
+//! packet share one: its model, its wrappers and its textures (`vertices`). A packet is shaded in
+//! lanes, with one generator of random numbers per lane (`generators`). The walks that go on are
+//! appended to the stream of the next segment (`walks`), the next round (`rounds`). Walks without a
+//! hit see the environment (`escapes`).
 
 mod arrivals;
 mod escapes;
@@ -21,6 +22,6 @@ pub(crate) use arrivals::Arrivals;
 pub(crate) use escapes::see_environment;
 pub(crate) use generators::Generators;
 pub(crate) use photons::follow_photons;
-pub(crate) use rounds::{PacketShader, follow_all, shade_packets};
-pub(crate) use vertices::{Bits, Vertices, lanes_where, used};
+pub(crate) use rounds::{PacketShader, VertexShader, follow_all, follow_and_shade, shade_packets};
+pub(crate) use vertices::{Bits, SegmentEnd, Vertices, by_lane, lanes_where, used};
 pub(crate) use walks::{WalkRow, Walks};

@@ -1,13 +1,13 @@
 //! Rounds of a stream, and the packets of a round.
 
-use super::{Arrivals, Walks};
+use super::{Arrivals, Bits, Vertices, Walks, used};
 use crate::ids::MaterialId;
 use crate::lanes::{LaneKernel, Width};
 use crate::scene::Scene;
 use crate::simd::{Isa, outlined};
 
-/// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and appends the walks that go on to its last
-/// argument.
+/// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and
+/// appends the walks that go on to its last argument.
 pub(crate) fn follow_all<T: Copy>(
     scene: &Scene,
     mut walks: Walks<T>,
@@ -23,9 +23,59 @@ pub(crate) fn follow_all<T: Copy>(
     }
 }
 
+/// What a method does at the vertices of walks.
+pub(crate) trait VertexShader<T> {
+    /// Shades the vertices `v` of the walks in `lanes`, and appends those that go on to `next`.
+    /// Must be `inline(always)`.
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<T>,
+        lanes: Bits,
+        next: &mut Walks<T>,
+    );
+}
+
+/// Follows walks to their ends, with `shader` at all vertices.
+pub(crate) fn follow_and_shade<T: Copy>(
+    scene: &Scene,
+    walks: Walks<T>,
+    shader: &mut impl VertexShader<T>,
+) {
+    follow_all(scene, walks, |walks, arrivals, next| {
+        let mut round = Round {
+            scene,
+            walks,
+            arrivals,
+            next,
+            shader: &mut *shader,
+        };
+        shade_packets(arrivals.runs(), &mut round);
+    });
+}
+
+/// One segment of all walks, and the vertices at its end.
+struct Round<'k, T, V> {
+    scene: &'k Scene,
+    walks: &'k Walks<T>,
+    arrivals: &'k Arrivals,
+    next: &'k mut Walks<T>,
+    shader: &'k mut V,
+}
+
+impl<T, V: VertexShader<T>> PacketShader for Round<'_, T, V> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        (self.shader).shade(&v, walks, used(packet.len()), self.next);
+    }
+}
+
 /// What a method does with packets.
 pub(crate) trait PacketShader {
-    /// Shades up to [`Width::LANES`] elements of one material, by their indices. Must be `inline(always)`.
+    /// Shades up to [`Width::LANES`] elements of one material, by their indices. Must be
+    /// `inline(always)`.
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]);
 }
 

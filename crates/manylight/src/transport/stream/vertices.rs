@@ -2,10 +2,11 @@
 
 use super::{Arrivals, Generators, WalkRow, Walks};
 use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
-use crate::geometry::{Derivatives, Hit, Ray, SurfacePoints};
+use crate::geometry::{Derivatives, Ray, SurfacePoints, SurfaceRef};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, Mask, Vector, Width, lane};
 use crate::math::Vec3;
+use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::simd::set_bits;
 use crate::transport::walk::Previous;
@@ -17,7 +18,8 @@ pub(crate) type Bits = u32;
 pub(crate) struct Vertices<'a, S: Width> {
     /// The walks; in unused lanes the first.
     pub(crate) index: S::Each<u32>,
-    pub(crate) hits: S::Each<Hit>,
+    /// Lengths of the segments that end here, in m.
+    pub(crate) distances: S::Each<f32>,
     pub(crate) x: SurfacePoints<S>,
     pub(crate) bsdf: Bsdf<'a, S>,
     /// Unit directions back along the rays.
@@ -26,53 +28,71 @@ pub(crate) struct Vertices<'a, S: Width> {
     pub(crate) segments: S::Each<u32>,
 }
 
+/// The end of a segment of one walk.
+#[derive(Clone, Copy)]
+pub(crate) struct SegmentEnd {
+    pub(crate) at: SurfaceRef,
+    /// See [`Vertices::distances`].
+    pub(crate) distance: f32,
+    /// Unit direction back along the segment.
+    pub(crate) w_prev: Vec3,
+    /// Segments up to here.
+    pub(crate) segments: u32,
+}
+
 /// The next segments of walks that scatter, by lane.
-pub(crate) struct Scattered<S: Width> {
+pub(crate) struct NextSegments<'v, S: Width> {
     origin: [S::Each<f32>; 3],
     w: [S::Each<f32>; 3],
     p: [S::Each<f32>; 3],
     pdf: S::Each<f32>,
     lobe: S::Each<u32>,
+    throughput: [S::Each<f32>; 3],
+    eta_squared: S::Each<f32>,
+    segments: &'v S::Each<u32>,
+    /// For walks that may meet emitters.
+    normals: Option<ReceivingNormals<S>>,
 }
 
-impl<S: Width> Scattered<S> {
-    /// The ray in lane `i`.
-    #[inline(always)]
-    pub(crate) fn ray(&self, i: usize) -> Ray {
-        Ray::new(
-            Vec3::from(lane(&self.origin, i)),
-            Vec3::from(lane(&self.w, i)),
-        )
-    }
-
+impl<S: Width> NextSegments<'_, S> {
     /// The class of the sampled lobe in lane `i`.
     #[inline(always)]
     pub(crate) fn event(&self, i: usize) -> Lobes {
         Lobes(self.lobe.as_ref()[i] as u8)
     }
 
-    /// The scattering event in lane `i`, with a normal as in [`Previous::n`].
+    /// The walk in lane `i`.
     #[inline(always)]
-    pub(crate) fn previous(&self, i: usize, n: Option<Vec3>) -> Previous {
-        Previous {
-            p: Vec3::from(lane(&self.p, i)),
-            n,
-            event: self.event(i),
-            pdf: self.pdf.as_ref()[i],
+    pub(crate) fn row<T>(&self, i: usize, sampler: Sampler, payload: T) -> WalkRow<T> {
+        WalkRow {
+            ray: Ray::new(
+                Vec3::from(lane(&self.origin, i)),
+                Vec3::from(lane(&self.w, i)),
+            ),
+            throughput: lane(&self.throughput, i),
+            eta_squared: self.eta_squared.as_ref()[i],
+            segments: self.segments.as_ref()[i],
+            previous: Previous {
+                p: Vec3::from(lane(&self.p, i)),
+                n: self.normals.as_ref().and_then(|normals| normals.get(i)),
+                event: self.event(i),
+                pdf: self.pdf.as_ref()[i],
+            },
+            sampler,
+            payload,
         }
     }
 }
 
 /// Normals as in [`Previous::n`], by lane.
-pub(crate) struct ReceivingNormals<S: Width> {
+struct ReceivingNormals<S: Width> {
     n: [S::Each<f32>; 3],
     has_normal: Bits,
 }
 
 impl<S: Width> ReceivingNormals<S> {
-    /// The normal in lane `i`.
     #[inline(always)]
-    pub(crate) fn get(&self, i: usize) -> Option<Vec3> {
+    fn get(&self, i: usize) -> Option<Vec3> {
         (self.has_normal >> i & 1 != 0).then(|| Vec3::from(lane(&self.n, i)))
     }
 }
@@ -93,6 +113,12 @@ pub(crate) fn lanes_where(of: Bits, test: impl Fn(usize) -> bool) -> Bits {
     bits
 }
 
+/// The elements `packet`, one per lane; in unused lanes the first.
+#[inline(always)]
+pub(crate) fn by_lane<S: Width>(s: S, packet: &[u32]) -> S::Each<u32> {
+    s.each(|i| packet[if i < packet.len() { i } else { 0 }])
+}
+
 impl<'a, S: Width> Vertices<'a, S> {
     /// The vertices of the walks `packet`, all of which hit `material`.
     #[inline(always)]
@@ -104,50 +130,71 @@ impl<'a, S: Width> Vertices<'a, S> {
         material: MaterialId,
         packet: &[u32],
     ) -> Self {
-        let index = s.each(|i| packet[if i < packet.len() { i } else { 0 }]);
-        let walk = |i: usize| index.as_ref()[i] as usize;
-        let hits = s.each(|i| arrivals.hits[walk(i)].expect("invariant: walks of runs hit"));
+        let index = by_lane(s, packet);
+        let ends = s.each(|i| {
+            let walk = index.as_ref()[i] as usize;
+            let hit = arrivals.hits[walk].expect("invariant: walks of runs hit");
+            SegmentEnd {
+                at: hit.at,
+                distance: hit.t,
+                w_prev: -walks.rays[walk].d,
+                segments: walks.segments[walk] + 1,
+            }
+        });
+        Vertices::at_ends(s, scene, material, index, &ends)
+    }
+
+    /// The vertices at the ends of the segments of the walks `index`, on `material`.
+    #[inline(always)]
+    pub(crate) fn at_ends(
+        s: S,
+        scene: &'a Scene,
+        material: MaterialId,
+        index: S::Each<u32>,
+        ends: &S::Each<SegmentEnd>,
+    ) -> Self {
+        let end = |i: usize| &ends.as_ref()[i];
         let derivatives = match scene.materials.has_tilts(material) {
             true => Derivatives::OfPosition,
             false => Derivatives::Unspecified,
         };
-        let at = s.each(|i| hits.as_ref()[i].at);
+        let at = s.each(|i| end(i).at);
         let x = scene.geometry.surface_points(s, &at, derivatives);
         Vertices {
             bsdf: scene.materials.bsdfs(material, &x, &scene.textures),
-            w_prev: Vector::from_fn(s, |i| -walks.rays[walk(i)].d),
-            segments: s.each(|i| walks.segments[walk(i)] + 1),
+            w_prev: Vector::from_fn(s, |i| end(i).w_prev),
+            segments: s.each(|i| end(i).segments),
+            distances: s.each(|i| end(i).distance),
             index,
-            hits,
             x,
         }
     }
 
-    /// The lanes of `goes_on` in which walks continue straight through, with the probability of the straight-through transmittance,
-    /// and the factor on the throughput of all walks: that of those that pass, or of those that do not. `None` where nothing is
-    /// transparent.
-    #[inline(always)]
-    pub(crate) fn passes(&self, u: Float<S>, goes_on: Bits) -> Option<(Bits, Color<S>)> {
-        let transmittance = self.bsdf.transmittances(self.w_prev)?;
-        let p = transmittance.max_channel().min(1.0);
-        let is_open = p.gt(0.0);
-        let through = is_open & u.lt(p);
-        let factor = Color::select(through, transmittance / p, Color::grey((1.0 - p).recip()));
-        let factor = Color::select(is_open, factor, Color::grey(p.same(1.0)));
-        Some((through.bits() & goes_on, factor))
-    }
-
-    /// Appends to `next` the walks that continue straight through, in the lanes `passes`, for which the method keeps `kept(i)`.
+    /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the
+    /// probability of the straight-through transmittance; `payload(i)` is what they carry. Returns
+    /// the lanes in which walks scatter. The throughput of all walks is multiplied by the factor of
+    /// those that pass, or of those that do not.
     #[inline(always)]
     pub(crate) fn pass_through<T: Copy>(
         &self,
         walks: &Walks<T>,
         next: &mut Walks<T>,
-        throughput: Color<S>,
-        generators: &Generators<S>,
-        (passes, kept): (Bits, impl Fn(usize) -> T),
-    ) {
-        let throughput = throughput.store();
+        (throughput, generators): (&mut Color<S>, &mut Generators<S>),
+        goes_on: Bits,
+        payload: impl Fn(usize) -> T,
+    ) -> Bits {
+        let u = generators.next();
+        let Some(transmittance) = self.bsdf.transmittances(self.w_prev) else {
+            return goes_on;
+        };
+        let p = transmittance.max_channel().min(1.0);
+        let is_open = p.gt(0.0);
+        let through = is_open & u.lt(p);
+        let factor = Color::select(through, transmittance / p, Color::grey((1.0 - p).recip()));
+        let factor = Color::select(is_open, factor, Color::grey(p.same(1.0)));
+        *throughput = *throughput * factor;
+        let passes = through.bits() & goes_on;
+        let weights = throughput.store();
         let origin = self.x.offset_towards(-self.w_prev).store();
         for i in set_bits(passes) {
             let walk = self.index.as_ref()[i] as usize;
@@ -156,22 +203,23 @@ impl<'a, S: Width> Vertices<'a, S> {
                 ray: Ray {
                     o: Vec3::from(lane(&origin, i)),
                     d: ray.d,
-                    t_max: ray.t_max - self.hits.as_ref()[i].t,
+                    t_max: ray.t_max - self.distances.as_ref()[i],
                 },
-                throughput: lane(&throughput, i),
+                throughput: lane(&weights, i),
                 eta_squared: walks.eta_squared[walk],
                 segments: self.segments.as_ref()[i],
                 previous: walks.previous[walk],
                 sampler: generators.get(i),
-                kept: kept(i),
+                payload: payload(i),
             });
         }
+        goes_on & !passes
     }
 
-    /// What the method keeps for the walk in lane `i`.
+    /// What the walk in lane `i` carries for the method.
     #[inline(always)]
-    pub(crate) fn kept<T: Copy>(&self, walks: &Walks<T>, i: usize) -> T {
-        walks.kept[self.index.as_ref()[i] as usize]
+    pub(crate) fn payload<T: Copy>(&self, walks: &Walks<T>, i: usize) -> T {
+        walks.payload[self.index.as_ref()[i] as usize]
     }
 
     /// Products of squared relative indices of refraction, as in [`Walks::eta_squared`].
@@ -180,32 +228,51 @@ impl<'a, S: Width> Vertices<'a, S> {
         Float::from_fn(s, |i| walks.eta_squared[self.index.as_ref()[i] as usize])
     }
 
-    /// Fraction of light that does not pass straight through in lane `i`: one minus the largest channel of the transmittance.
+    /// Fraction of light that does not pass straight through in lane `i`: one minus the largest
+    /// channel of the transmittance.
     #[inline(always)]
     pub(crate) fn opacity(&self, i: usize) -> f32 {
         let transmittance = self.bsdf.transmittances(self.w_prev);
         1.0 - transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
     }
 
-    /// The normals by which next-event estimation chooses emitters at the vertices.
+    /// The next segments along sampled directions, of walks that meet no emitters: photons and
+    /// importons.
     #[inline(always)]
-    pub(crate) fn normals(&self) -> ReceivingNormals<S> {
-        let (n, has_normal) = self.bsdf.receiving_normals(self.w_prev);
-        ReceivingNormals {
-            n: n.store(),
-            has_normal: has_normal.bits(),
-        }
-    }
-
-    /// The next segments of the walks along sampled directions.
-    #[inline(always)]
-    pub(crate) fn scattered(&self, sample: &BsdfSamples<S>) -> Scattered<S> {
-        Scattered {
+    pub(crate) fn next_segments(
+        &self,
+        sample: &BsdfSamples<S>,
+        throughput: Color<S>,
+        eta_squared: Float<S>,
+    ) -> NextSegments<'_, S> {
+        NextSegments {
             origin: self.x.offset_towards(sample.w).store(),
             w: sample.w.store(),
             p: self.x.p.store(),
             pdf: sample.pdf.store(),
             lobe: sample.lobe.store(),
+            throughput: throughput.store(),
+            eta_squared: eta_squared.store(),
+            segments: &self.segments,
+            normals: None,
+        }
+    }
+
+    /// The next segments along sampled directions, of walks that may meet emitters: camera paths.
+    #[inline(always)]
+    pub(crate) fn next_camera_segments(
+        &self,
+        sample: &BsdfSamples<S>,
+        throughput: Color<S>,
+        eta_squared: Float<S>,
+    ) -> NextSegments<'_, S> {
+        let (n, has_normal) = self.bsdf.receiving_normals(self.w_prev);
+        NextSegments {
+            normals: Some(ReceivingNormals {
+                n: n.store(),
+                has_normal: has_normal.bits(),
+            }),
+            ..self.next_segments(sample, throughput, eta_squared)
         }
     }
 

@@ -10,12 +10,14 @@ use crate::sampling::Sampler;
 use crate::transport::direct::PreviousEvents;
 use crate::transport::walk::Previous;
 
-/// The walks of a tile. All vectors have an element per walk. `T` is what a method keeps for each walk.
+/// The walks of a tile. All vectors have an element per walk. `T` is the payload: what a method
+/// attaches to each walk.
 #[derive(Clone, Debug)]
 pub(crate) struct Walks<T> {
     /// The next segment.
     pub(crate) rays: Vec<Ray>,
-    /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux, in W. By channel.
+    /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux,
+    /// in W. By channel.
     pub(crate) throughput: [Vec<f32>; 3],
     /// Product of squared relative indices of refraction along a camera path; see
     /// [`camera_survivals`](crate::transport::roulette::camera_survivals).
@@ -26,8 +28,8 @@ pub(crate) struct Walks<T> {
     pub(crate) previous: Vec<Previous>,
     /// Random numbers.
     pub(crate) samplers: Vec<Sampler>,
-    /// What the method keeps.
-    pub(crate) kept: Vec<T>,
+    /// What the method attaches.
+    pub(crate) payload: Vec<T>,
 }
 
 /// One walk.
@@ -39,7 +41,23 @@ pub(crate) struct WalkRow<T> {
     pub(crate) segments: u32,
     pub(crate) previous: Previous,
     pub(crate) sampler: Sampler,
-    pub(crate) kept: T,
+    pub(crate) payload: T,
+}
+
+impl<T> WalkRow<T> {
+    /// A walk at its start, along `ray`.
+    #[inline(always)]
+    pub(crate) fn start(ray: Ray, throughput: [f32; 3], sampler: Sampler, payload: T) -> Self {
+        WalkRow {
+            ray,
+            throughput,
+            eta_squared: 1.0,
+            segments: 0,
+            previous: Previous::start(ray.o),
+            sampler,
+            payload,
+        }
+    }
 }
 
 impl<T: Copy> Walks<T> {
@@ -53,7 +71,7 @@ impl<T: Copy> Walks<T> {
             segments: Vec::with_capacity(count),
             previous: Vec::with_capacity(count),
             samplers: Vec::with_capacity(count),
-            kept: Vec::with_capacity(count),
+            payload: Vec::with_capacity(count),
         }
     }
 
@@ -68,7 +86,7 @@ impl<T: Copy> Walks<T> {
         self.segments.clear();
         self.previous.clear();
         self.samplers.clear();
-        self.kept.clear();
+        self.payload.clear();
     }
 
     /// Appends a walk.
@@ -82,7 +100,7 @@ impl<T: Copy> Walks<T> {
         self.segments.push(walk.segments);
         self.previous.push(walk.previous);
         self.samplers.push(walk.sampler);
-        self.kept.push(walk.kept);
+        self.payload.push(walk.payload);
     }
 
     /// Appends walks.

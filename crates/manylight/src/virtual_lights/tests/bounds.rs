@@ -58,7 +58,7 @@ fn bounds_of_intensity_hold() {
         let photons = photons_on_floor(&scene, 400, 8);
         let weights = vec![1.0; photons.len()];
         let sites = select(&photons, &weights, 40, 0.5);
-        let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+        let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
         for form in forms {
             let set = match form {
                 None => VirtualLights::single(&scene, unlimited(), &photons, &clusters),

@@ -33,7 +33,8 @@ fn a_single_light_is_the_reflection_of_its_photon() {
 #[test]
 fn a_light_at_every_photon_makes_single_lights() {
     let scene = floor(rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)));
-    let photons = curve::Curve::sorted(&photons_on_floor(&scene, 500, 2));
+    let photons = photons_on_floor(&scene, 500, 2);
+    let photons = curve::Curve::around(&photons).sorted(&photons);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
     let plain = VirtualLights::single(
@@ -42,7 +43,7 @@ fn a_light_at_every_photon_makes_single_lights() {
         &photons,
         &PhotonClusters::single_photons(&sites),
     );
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
     let partition = VirtualLights::single(&scene, unlimited(), &photons, &clusters);
     assert_eq!(partition.lights().len(), photons.len());
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
@@ -63,7 +64,7 @@ fn the_diffuse_part_is_exact() {
     let photons = photons_on_floor(&scene, 3000, 3);
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     assert_eq!(set.bytes(), size_of_val(set.lights()));
     for w in directions(50) {

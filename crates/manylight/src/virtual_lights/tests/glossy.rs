@@ -25,12 +25,12 @@ fn tables_hold_exactly_the_reflected_flux() {
             }]);
             let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
             let emitted = emitted(&set, LightId(0));
-            let target = set.energy().reflected;
+            let target = set.profile_flux().scattered;
             for c in 0..3 {
                 assert!(
-                    close(set.energy().glossy[c], target[c], 1e-5),
+                    close(set.profile_flux().emitted[c], target[c], 1e-5),
                     "{:?}",
-                    set.energy()
+                    set.profile_flux()
                 );
                 assert!(
                     close(emitted[c], target[c], 1e-4),
@@ -68,7 +68,7 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                     .albedo(p.wi, Lobes::GLOSSY)
             })
             .sum();
-        let reflected = set.energy().reflected;
+        let reflected = set.profile_flux().scattered;
         assert!(
             close(reflected[1], f64::from(expected.g), 0.01),
             "{reflected:?} of {expected:?}"
@@ -117,7 +117,7 @@ fn many_photons_keep_their_mean_lobe() {
             .map(|set| {
                 let u = (set as f32 + 0.3) / sets as f32;
                 let sites = select(&photons, &weights, lights, u);
-                let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+                let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
                 VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE)
             })
             .collect();
@@ -151,9 +151,9 @@ fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3],
         probability: 1.0,
     }]);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form);
-    let account = set.energy();
+    let flux = set.profile_flux();
     let emitted = emitted_in_squares(&set, LightId(0), 1025);
-    (emitted, account.glossy, account.reflected)
+    (emitted, flux.emitted, flux.scattered)
 }
 
 /// The integral of the lookups is the reflected flux in every form.
@@ -199,7 +199,7 @@ fn storages_agree_within_their_rounding() {
     let photons = photons_on_floor(&scene, 400, 9);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let set = |storage| {
         let form = GlossyForm::Table { side: 32, storage };
         VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form)
@@ -304,7 +304,7 @@ fn mixtures_at_their_edges() {
     let scene = floor(rough_glass(0.3));
     let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, lobes);
-    let target = set.energy().reflected;
+    let target = set.profile_flux().scattered;
     assert!(close(emitted(&set, LightId(0))[1], target[1], 1e-4));
     assert!(directions(200).any(|w| w.z < -0.5 && set.intensity(LightId(0), w).g > 0.1));
 }

@@ -5,7 +5,7 @@ mod emission;
 mod glossy;
 mod set;
 
-use super::testing::photon;
+use super::testing::{candidates, photon};
 use super::*;
 use crate::bsdf::Material;
 use crate::color::Rgb;

@@ -1,4 +1,4 @@
-//! Sets of lights: positions, areas, depth limits, and the energy account.
+//! Sets of lights: positions, areas, depth limits, and the balance of flux.
 
 use super::*;
 use crate::geometry::Shape;
@@ -31,7 +31,7 @@ fn lights_on_a_ball_are_on_its_surface() {
         probability: 1.0,
     }];
     let weights = vec![1.0; photons.len()];
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     let light = set
         .lights()
@@ -61,16 +61,11 @@ fn lights_are_not_in_holes() {
             )
         })
         .collect();
-    let (clusters, _) = assign(
-        &scene,
-        &photons,
-        &[Site {
-            photon: 0,
-            probability: 1.0,
-        }],
-        &[1.0; 200],
-        0.5,
-    );
+    let sites = [Site {
+        photon: 0,
+        probability: 1.0,
+    }];
+    let (clusters, _) = assign(&scene, &candidates(&photons, &[1.0; 200]), &sites, 0.5);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     for light in set.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
@@ -83,7 +78,7 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
     let photons = photons_on_floor(&scene, 2000, 7);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let share = |max_depth, depth| {
         let limits = PathLimits {
             max_depth,
@@ -127,7 +122,7 @@ fn areas_add_up_to_the_floor() {
 }
 
 #[test]
-fn the_energy_account_of_a_room_balances() {
+fn the_flux_of_a_room_balances() {
     use crate::particles::{trace_photons, usable_by_virtual_lights};
     use crate::sampling::Pass;
     let scene = crate::testing::scenes::glossy_box(8).build();
@@ -141,23 +136,34 @@ fn the_energy_account_of_a_room_balances() {
     );
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, nearest) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
-    let account = set.energy();
+    let is_unassigned = |photon: &&Photon| {
+        let location = SurfaceLocation::of_photon(photon, &scene);
+        nearest.light(&scene, &location).is_none()
+    };
+    let all = sum(photons.iter().map(|photon| photon.flux));
+    let unassigned = sum(photons
+        .iter()
+        .filter(is_unassigned)
+        .map(|photon| photon.flux));
+    let lights = sum(set.lights().iter().map(|light| light.flux));
+    let profiles = set.profile_flux();
     for c in 0..3 {
-        assert!(
-            account.unassigned[c] < 0.1 * account.photons[c],
-            "{account:?}"
-        );
+        assert!(unassigned[c] < 0.1 * all[c], "{unassigned:?} of {all:?}");
         // Unassigned photons are thinned: only the expectation of their flux is exact.
-        let noise = account.unassigned[c] + 1e-6 * account.photons[c];
-        assert!(
-            (account.lights[c] - account.photons[c]).abs() < noise,
-            "{account:?}"
-        );
-        assert!(
-            close(account.glossy[c], account.reflected[c], 1e-4),
-            "{account:?}"
-        );
+        let noise = unassigned[c] + 1e-6 * all[c];
+        let difference = (lights[c] - all[c]).abs();
+        assert!(difference < noise, "{lights:?} of {all:?}");
+        let is_close = close(profiles.emitted[c], profiles.scattered[c], 1e-4);
+        assert!(is_close, "{profiles:?}");
     }
+}
+
+/// In full precision.
+fn sum(fluxes: impl Iterator<Item = Rgb>) -> [f64; 3] {
+    fluxes.fold([0.0; 3], |sum, flux| {
+        let flux = flux.to_array();
+        std::array::from_fn(|c| sum[c] + f64::from(flux[c]))
+    })
 }
