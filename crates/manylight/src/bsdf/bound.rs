@@ -1,12 +1,13 @@
-//! Upper bounds of a scattering function over a cone of directions, for cuts through a tree of lights. Each model has an upper bound next
-//! to its value.
+//! Upper bounds of a scattering function over a cone of directions, for cuts through a tree of
+//! lights. Each model has an upper bound next to its value.
 
 use super::incident_cone::IncidentCone;
 use super::{Bsdf, Lobes};
 use crate::math::{Cone, Spread, Vec3};
 
 impl Bsdf<'_> {
-    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over the directions `wi` in `cone`. Infinite for rough dielectrics of index 1.
+    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over the directions `wi` in `cone`.
+    /// Infinite for rough dielectrics of index 1.
     pub fn bound_f_cos_wi(&self, cone: &Cone, wo: Vec3, lobes: Lobes) -> f32 {
         let incident = IncidentCone {
             axis: self.frame.to_local(cone.axis.into()).into(),
@@ -23,8 +24,9 @@ impl Bsdf<'_> {
             .sum()
     }
 
-    /// Upper bound of all channels of [`Bsdf::f_cos_wo`] of the `NON_SPECULAR` lobes over the directions `wo` in `cone`. It is found
-    /// from the reciprocity of the models, with the cosine of `wo` to the geometric normal. Infinite for surfaces that transmit.
+    /// Upper bound of all channels of [`Bsdf::f_cos_wo`] of the `NON_SPECULAR` lobes over the
+    /// directions `wo` in `cone`. It is found from the reciprocity of the models, with the cosine
+    /// of `wo` to the geometric normal. Infinite for surfaces that transmit.
     pub fn bound_f_cos_wo(&self, wi: Vec3, cone: &Cone) -> f32 {
         if self.transmits() {
             return f32::INFINITY;

@@ -1,7 +1,8 @@
-//! Sixteen scattering functions with fixed outgoing directions in lanes, for the innermost loop over lights.
+//! Sixteen scattering functions with fixed outgoing directions in lanes, for the innermost loop
+//! over lights.
 //!
-//! The most frequent models separate what depends on `wo` alone: `with_wo` of the model is a function of `wi`. Other models
-//! are evaluated lane by lane.
+//! The most frequent models separate what depends on `wo` alone: `with_wo` of the model is a
+//! function of `wi`. Other models are evaluated lane by lane.
 
 use super::incident_cone::IncidentCone;
 use super::leaf::Leaf;
@@ -58,7 +59,8 @@ impl LaneModel {
     }
 }
 
-/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with its own fixed `wo`.
+/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with
+/// its own fixed `wo`.
 #[derive(Clone, Debug)]
 pub struct FixedWoLanes<'b, 's>(Functions<'b, 's>);
 
@@ -98,8 +100,8 @@ enum ModelToWo<'s> {
 }
 
 impl<'b, 's> FixedWoLanes<'b, 's> {
-    /// The `NON_SPECULAR` ones of `lobes` of at most sixteen functions of the given model, each with the unit direction `wo`. Lanes
-    /// without a function are black.
+    /// The `NON_SPECULAR` ones of `lobes` of at most sixteen functions of the given model, each
+    /// with the unit direction `wo`. Lanes without a function are black.
     pub fn new(
         model: LaneModel,
         lobes: Lobes,
@@ -132,7 +134,8 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         )))
     }
 
-    /// [`FixedWo::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes are unspecified.
+    /// [`FixedWo::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes are
+    /// unspecified.
     #[inline(always)]
     pub(crate) fn f_cos_wi<S: Sixteen>(&self, wi: Vector<S>, active: Mask<S>) -> Color<S> {
         let s = wi.z.width();
@@ -156,8 +159,8 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         }
     }
 
-    /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes `axes` and half-angles `spreads`, in each
-    /// active lane; other lanes are unspecified.
+    /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes
+    /// `axes` and half-angles `spreads`, in each active lane; other lanes are unspecified.
     #[inline(always)]
     pub(crate) fn bounds<S: Sixteen>(
         &self,
@@ -327,7 +330,8 @@ impl Directed<'_> {
         }
     }
 
-    /// See [`FixedWoLanes::bounds`]. Loops over lanes, one for each model, which become vector instructions.
+    /// See [`FixedWoLanes::bounds`]. Loops over lanes, one for each model, which become vector
+    /// instructions.
     #[inline(always)]
     fn bounds(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let mut bounds = [0.0; LANES];
@@ -381,7 +385,8 @@ impl Directed<'_> {
 }
 
 impl Bsdf<'_> {
-    /// Replaces the contents of `out` by [`Bsdf::f_cos_wi`] for each of the unit directions `wi`, for the `NON_SPECULAR` ones of `lobes`.
+    /// Replaces the contents of `out` by [`Bsdf::f_cos_wi`] for each of the unit directions `wi`,
+    /// for the `NON_SPECULAR` ones of `lobes`.
     pub fn f_cos_each_wi(&self, wi: &[Vec3], wo: Vec3, lobes: Lobes, out: &mut Vec<Rgb>) {
         out.clear();
         if LaneModel::of(self) == LaneModel::Any || wi.len() < FEWEST_IN_LANES {

@@ -3,12 +3,13 @@
 use super::vector::{Axes, Color, Pair, Vector};
 use crate::simd::{LANES, Portable};
 
-/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of each instruction set.
+/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of
+/// each instruction set.
 pub(crate) type Stored = Portable<LANES>;
 
-/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all lanes; `set_lane` and
-/// `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads it into vectors. Fields after a semicolon
-/// are common to the lanes.
+/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all
+/// lanes; `set_lane` and `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads
+/// it into vectors. Fields after a semicolon are common to the lanes.
 macro_rules! lanewise {
     ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),*)? }) => {
         #[allow(dead_code, reason = "not all structures need all conversions")]
