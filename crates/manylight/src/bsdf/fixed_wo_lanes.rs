@@ -15,8 +15,8 @@ use super::models::principled::PrincipledToWo;
 use super::{Bsdf, FixedWo, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{
-    Axes, Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, One, Sixteen, Stored, Vector,
-    lanes_of,
+    Axes, CacheAligned, Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, One, Sixteen, Stored,
+    Vector, lanes_of,
 };
 use crate::math::{Spread, Vec3};
 use crate::simd::{Isa, Portable, Simd, SimdKernel, outlined};
@@ -88,12 +88,12 @@ struct Directed<'s> {
     reason = "one for sixteen gather points, and evaluated in the innermost loop"
 )]
 enum ModelToWo<'s> {
-    Diffuse(DiffuseToWo<Stored>),
-    Plastic(PlasticToWo<Stored>),
-    RoughConductor(RoughConductorToWo<Stored>),
-    RoughPlastic(RoughPlasticToWo<'s, Stored>),
+    Diffuse(CacheAligned<DiffuseToWo<Stored>>),
+    Plastic(CacheAligned<PlasticToWo<Stored>>),
+    RoughConductor(CacheAligned<RoughConductorToWo<Stored>>),
+    RoughPlastic(CacheAligned<RoughPlasticToWo<'s, Stored>>),
     Principled {
-        front: PrincipledToWo<Stored>,
+        front: CacheAligned<PrincipledToWo<Stored>>,
         /// Whether [`PrincipledToWo::has_extras`] is true in some lane.
         has_extras: bool,
     },
@@ -222,19 +222,27 @@ impl<'s> Directed<'s> {
     fn alike(lit: &LitLeaf<'_, 's>, lobes: Lobes, weight: Float<One>) -> Self {
         let (s, wo, lobes) = (Portable, lit.wo, lobes.into());
         let model = match &lit.leaf.model {
-            Model::Diffuse(m) => ModelToWo::Diffuse(m.with_wo(lobes, weight).in_lanes(s)),
-            Model::Plastic(m) => ModelToWo::Plastic(m.with_wo(wo, lobes, weight).in_lanes(s)),
+            Model::Diffuse(m) => {
+                let all = m.with_wo(lobes, weight).in_lanes(s);
+                ModelToWo::Diffuse(CacheAligned(all))
+            }
+            Model::Plastic(m) => {
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::Plastic(CacheAligned(all))
+            }
             Model::RoughConductor(m) => {
-                ModelToWo::RoughConductor(m.with_wo(wo, lobes, weight).in_lanes(s))
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::RoughConductor(CacheAligned(all))
             }
             Model::RoughPlastic(m) => {
-                ModelToWo::RoughPlastic(m.with_wo(wo, lobes, weight).in_lanes(s))
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::RoughPlastic(CacheAligned(all))
             }
             Model::Principled(m) => {
                 let front = m.with_wo(wo, lobes, weight);
                 ModelToWo::Principled {
                     has_extras: front.has_extras().any(),
-                    front: front.in_lanes(s),
+                    front: CacheAligned(front.in_lanes(s)),
                 }
             }
             _ => unreachable!("invariant: other models are evaluated lane by lane"),
@@ -264,9 +272,9 @@ impl<'s> Directed<'s> {
                 n: zero,
             },
             wo: zero,
-            model: ModelToWo::Diffuse(
+            model: ModelToWo::Diffuse(CacheAligned(
                 (black.with_wo(Lobes::NONE.into(), 0.0.into())).in_lanes(Portable),
-            ),
+            )),
         }
     }
 
