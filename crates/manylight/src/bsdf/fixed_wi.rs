@@ -12,7 +12,8 @@ pub struct FixedWi<'b, 's> {
     bsdf: &'b Bsdf<'s>,
     wi: Vec3,
     lobes: Lobes,
-    /// By reciprocity: the function of the other direction for `wi` in the place of `wo`, the same in all lanes.
+    /// By reciprocity: the function of the other direction for `wi` in the place of `wo`, the same
+    /// in all lanes.
     lanes: Option<FixedWoLanes<'b, 's>>,
 }
 
@@ -34,7 +35,8 @@ impl<'b, 's> FixedWi<'b, 's> {
         Isa::best().run(DirectionsInLanes(self, directions, out));
     }
 
-    /// [`Bsdf::f_cos_wo`] in each active lane, for unit directions `wo`. Other lanes are unspecified.
+    /// [`Bsdf::f_cos_wo`] in each active lane, for unit directions `wo`. Other lanes are
+    /// unspecified.
     #[inline(always)]
     pub(crate) fn f_cos_wo_each<S: Sixteen>(&self, wo: Vector<S>, active: Mask<S>) -> Color<S> {
         let s = wo.z.width();
@@ -46,7 +48,8 @@ impl<'b, 's> FixedWi<'b, 's> {
             return values.colors(s);
         };
         let values = lanes.f_cos_wi(wo, active);
-        // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the swapped directions.
+        // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the
+        // swapped directions.
         let (ng, ns) = (Vec3::from(self.bsdf.ng), Vec3::from(self.bsdf.frame.n));
         let incident = (self.wi.dot(ns) / self.wi.dot(ng)).abs();
         let (by_ng, by_ns) = (wo.dot(Vector::splat(s, ng)), wo.dot(Vector::splat(s, ns)));

@@ -1,4 +1,5 @@
-//! A scattering function with a fixed outgoing direction, for sums over many lights at a gather point.
+//! A scattering function with a fixed outgoing direction, for sums over many lights at a gather
+//! point.
 
 use super::incident_cone::IncidentCone;
 use super::{Bsdf, Lobes};
@@ -49,7 +50,8 @@ impl<'b, 's> FixedWo<'b, 's> {
         values.sum().into()
     }
 
-    /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector `axis`.
+    /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector
+    /// `axis`.
     pub(crate) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         let incident = IncidentCone {
             axis: self.bsdf.frame.to_local(axis.into()).into(),

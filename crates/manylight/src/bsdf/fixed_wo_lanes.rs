@@ -1,7 +1,8 @@
-//! Sixteen scattering functions with fixed outgoing directions in lanes, for the innermost loop over lights.
+//! Sixteen scattering functions with fixed outgoing directions in lanes, for the innermost loop
+//! over lights.
 //!
-//! The most frequent models separate what depends on `wo` alone: `with_wo` of the model is a function of `wi`. Other models
-//! are evaluated lane by lane.
+//! The most frequent models separate what depends on `wo` alone: `with_wo` of the model is a
+//! function of `wi`. Other models are evaluated lane by lane.
 
 use super::incident_cone::IncidentCone;
 use super::leaf::Leaf;
@@ -15,8 +16,8 @@ use super::scattering_model::ScatteringModel;
 use super::{Bsdf, FixedWo, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{
-    Axes, Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, One, Sixteen, Stored, Vector,
-    lanes_of,
+    Axes, CacheAligned, Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, One, Sixteen, Stored,
+    Vector, lanes_of,
 };
 use crate::math::{Spread, Vec3};
 use crate::simd::{Isa, Portable, Simd, SimdKernel, outlined};
@@ -59,7 +60,8 @@ impl LaneModel {
     }
 }
 
-/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with its own fixed `wo`.
+/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with
+/// its own fixed `wo`.
 #[derive(Clone, Debug)]
 pub struct FixedWoLanes<'b, 's>(Functions<'b, 's>);
 
@@ -87,20 +89,20 @@ struct Directed<'s> {
     reason = "one for sixteen gather points, and evaluated in the innermost loop"
 )]
 enum ModelToWo<'s> {
-    Diffuse(DiffuseToWo<Stored>),
-    Plastic(PlasticToWo<Stored>),
-    RoughConductor(RoughConductorToWo<Stored>),
-    RoughPlastic(RoughPlasticToWo<'s, Stored>),
+    Diffuse(CacheAligned<DiffuseToWo<Stored>>),
+    Plastic(CacheAligned<PlasticToWo<Stored>>),
+    RoughConductor(CacheAligned<RoughConductorToWo<Stored>>),
+    RoughPlastic(CacheAligned<RoughPlasticToWo<'s, Stored>>),
     Principled {
-        front: PrincipledToWo<Stored>,
+        front: CacheAligned<PrincipledToWo<Stored>>,
         /// Whether [`PrincipledToWo::has_extras`] is true in some lane.
         has_extras: bool,
     },
 }
 
 impl<'b, 's> FixedWoLanes<'b, 's> {
-    /// The `NON_SPECULAR` ones of `lobes` of at most sixteen functions of the given model, each with the unit direction `wo`. Lanes
-    /// without a function are black.
+    /// The `NON_SPECULAR` ones of `lobes` of at most sixteen functions of the given model, each
+    /// with the unit direction `wo`. Lanes without a function are black.
     pub fn new(
         model: LaneModel,
         lobes: Lobes,
@@ -133,7 +135,8 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         )))
     }
 
-    /// [`FixedWo::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes are unspecified.
+    /// [`FixedWo::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes are
+    /// unspecified.
     #[inline(always)]
     pub(crate) fn f_cos_wi<S: Sixteen>(&self, wi: Vector<S>, active: Mask<S>) -> Color<S> {
         let s = wi.z.width();
@@ -157,8 +160,8 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         }
     }
 
-    /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes `axes` and half-angles `spreads`, in each
-    /// active lane; other lanes are unspecified.
+    /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes
+    /// `axes` and half-angles `spreads`, in each active lane; other lanes are unspecified.
     #[inline(always)]
     pub(crate) fn bounds<S: Sixteen>(
         &self,
@@ -220,19 +223,27 @@ impl<'s> Directed<'s> {
     fn alike(lit: &LitLeaf<'_, 's>, lobes: Lobes, weight: Float<One>) -> Self {
         let (s, wo, lobes) = (Portable, lit.wo, lobes.into());
         let model = match &lit.leaf.model {
-            Model::Diffuse(m) => ModelToWo::Diffuse(m.with_wo(lobes, weight).in_lanes(s)),
-            Model::Plastic(m) => ModelToWo::Plastic(m.with_wo(wo, lobes, weight).in_lanes(s)),
+            Model::Diffuse(m) => {
+                let all = m.with_wo(lobes, weight).in_lanes(s);
+                ModelToWo::Diffuse(CacheAligned(all))
+            }
+            Model::Plastic(m) => {
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::Plastic(CacheAligned(all))
+            }
             Model::RoughConductor(m) => {
-                ModelToWo::RoughConductor(m.with_wo(wo, lobes, weight).in_lanes(s))
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::RoughConductor(CacheAligned(all))
             }
             Model::RoughPlastic(m) => {
-                ModelToWo::RoughPlastic(m.with_wo(wo, lobes, weight).in_lanes(s))
+                let all = m.with_wo(wo, lobes, weight).in_lanes(s);
+                ModelToWo::RoughPlastic(CacheAligned(all))
             }
             Model::Principled(m) => {
                 let front = m.with_wo(wo, lobes, weight);
                 ModelToWo::Principled {
                     has_extras: front.has_extras().any(),
-                    front: front.in_lanes(s),
+                    front: CacheAligned(front.in_lanes(s)),
                 }
             }
             _ => unreachable!("invariant: other models are evaluated lane by lane"),
@@ -262,9 +273,9 @@ impl<'s> Directed<'s> {
                 n: zero,
             },
             wo: zero,
-            model: ModelToWo::Diffuse(
+            model: ModelToWo::Diffuse(CacheAligned(
                 (black.with_wo(Lobes::NONE.into(), 0.0.into())).in_lanes(Portable),
-            ),
+            )),
         }
     }
 
@@ -328,7 +339,8 @@ impl Directed<'_> {
         }
     }
 
-    /// See [`FixedWoLanes::bounds`]. Loops over lanes, one for each model, which become vector instructions.
+    /// See [`FixedWoLanes::bounds`]. Loops over lanes, one for each model, which become vector
+    /// instructions.
     #[inline(always)]
     fn bounds(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let mut bounds = [0.0; LANES];
@@ -382,7 +394,8 @@ impl Directed<'_> {
 }
 
 impl Bsdf<'_> {
-    /// Replaces the contents of `out` by [`Bsdf::f_cos_wi`] for each of the unit directions `wi`, for the `NON_SPECULAR` ones of `lobes`.
+    /// Replaces the contents of `out` by [`Bsdf::f_cos_wi`] for each of the unit directions `wi`,
+    /// for the `NON_SPECULAR` ones of `lobes`.
     pub fn f_cos_each_wi(&self, wi: &[Vec3], wo: Vec3, lobes: Lobes, out: &mut Vec<Rgb>) {
         out.clear();
         if LaneModel::of(self) == LaneModel::Any || wi.len() < FEWEST_IN_LANES {

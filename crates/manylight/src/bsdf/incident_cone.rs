@@ -13,7 +13,8 @@ pub(super) struct IncidentCone {
     pub(super) axis: Vec3,
     /// Half-angle.
     pub(super) spread: Spread,
-    /// Largest value of the cosine by which `f` is multiplied, if that is not the cosine to the normal of the model.
+    /// Largest value of the cosine by which `f` is multiplied, if that is not the cosine to the
+    /// normal of the model.
     pub(super) projected: Option<f32>,
 }
 
@@ -41,7 +42,8 @@ impl IncidentCone {
         self.spread.cosines(self.axis.z)
     }
 
-    /// Upper bound of the cosine by which `f` is multiplied; `highest` is the upper bound of the cosine to the normal.
+    /// Upper bound of the cosine by which `f` is multiplied; `highest` is the upper bound of the
+    /// cosine to the normal.
     #[inline(always)]
     pub(super) fn projection(&self, highest: f32) -> f32 {
         self.projected.unwrap_or(highest)
@@ -64,15 +66,17 @@ impl IncidentCone {
         self.spread.cosines(self.axis.dot(w))
     }
 
-    /// Bounds on the half vectors with `wo`. If a direction moves by an angle `δ`, its half vector moves by at most `δ / (2 cosθ_d)`,
-    /// where `2 θ_d` is the angle to `wo`: `δ / 2` within the plane of the two directions, `δ / (2 cosθ_d)` perpendicular to it.
+    /// Bounds on the half vectors with `wo`. If a direction moves by an angle `δ`, its half vector
+    /// moves by at most `δ / (2 cosθ_d)`, where `2 θ_d` is the angle to `wo`: `δ / 2` within the
+    /// plane of the two directions, `δ / (2 cosθ_d)` perpendicular to it.
     #[inline(always)]
     pub(super) fn halves(&self, wo: Vec3) -> HalfVectorBounds {
         let cosines = self.cosines_to(wo).map(|cos| safe_sqrt(0.5 + 0.5 * cos));
         let half = self.axis + wo;
         let cos = half.z / half.length_squared().sqrt();
         let moved = self.spread.half_angle / (2.0 * cosines[0]);
-        // Taylor polynomials: lower and upper bounds of the cosine of the angle `moved`, and an upper bound of its sine.
+        // Taylor polynomials: lower and upper bounds of the cosine of the angle `moved`, and an
+        // upper bound of its sine.
         let moved2 = moved * moved;
         let least = 1.0 - 0.5 * moved2;
         let most = least + moved2 * moved2 * (1.0 / 24.0);

@@ -7,7 +7,8 @@ use crate::ids::LightId;
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Adds the lights that up to [`BATCHES`](super::points::BATCHES) batches have in common to the sums of their points.
+/// Adds the lights that up to [`BATCHES`](super::points::BATCHES) batches have in common to the
+/// sums of their points.
 pub(super) fn add(
     gather: &Gather,
     scene: &Scene,

@@ -1,5 +1,5 @@
-//! Sums of the connections of up to 64 points, sixteen at a time, with one light after the other: the innermost loop of all
-//! methods.
+//! Sums of the connections of up to 64 points, sixteen at a time, with one light after the other:
+//! the innermost loop of all methods.
 
 use super::connect::{ConnectedLight, Connection};
 use super::light_points::{LightPoint, point_counts, point_of_disc, whole_light};

@@ -1,5 +1,5 @@
-//! The clamp on the `1 / d²` singularity of a connection. The sum over lights uses its weight, bias compensation the clamped
-//! fraction, one minus the weight.
+//! The clamp on the `1 / d²` singularity of a connection. The sum over lights uses its weight, bias
+//! compensation the clamped fraction, one minus the weight.
 
 use super::{ShadingPoint, Subset};
 use crate::lanes::{Color, Float, Vector, Width};
@@ -10,9 +10,11 @@ use crate::math::Vec3;
 pub enum Clamp {
     /// No bound.
     None,
-    /// Scale-free: a light of area `A` has radiance `I / (A cosθ)`, and no surface reflects more than it receives. A connection
-    /// is weighted by `1/√(1 + x²)`, with `x = f cosθ_x cosθ_y A / d²` the radiance that the surface would reflect, relative to
-    /// that of the light. The bound is derived here; it depends on the material. The number is a factor on all areas.
+    /// Scale-free: a light of area `A` has radiance `I / (A cosθ)`, and no surface reflects more
+    /// than it receives. A connection is weighted by `1/√(1 + x²)`, with
+    /// `x = f cosθ_x cosθ_y A / d²` the radiance that the surface would reflect, relative to that
+    /// of the light. The bound is derived here; it depends on the material. The number is a factor
+    /// on all areas.
     Auto(f32),
     /// `G <= value`, in 1/m².
     Value(f32),

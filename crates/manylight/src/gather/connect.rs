@@ -1,6 +1,7 @@
 //! A connection of points with a part of a light: `f cosθ I w_c / d²`, before its visibility `V`.
 //!
-//! The sum over all lights and cuts through the light tree connect sixteen points at once, product cuts single ones.
+//! The sum over all lights and cuts through the light tree connect sixteen points at once, product
+//! cuts single ones.
 
 use super::clamping::ClampedConnection;
 use super::light_points::LightPoint;
@@ -19,9 +20,11 @@ pub(super) trait Receivers<S: Width> {
     fn normals(&self) -> Vector<S>;
     /// The lights that are summed at all points.
     fn lights(&self) -> Subset;
-    /// `f cosθ` of the non-specular lobes for unit directions, in 1/sr; inactive lanes hold any value.
+    /// `f cosθ` of the non-specular lobes for unit directions, in 1/sr; inactive lanes hold any
+    /// value.
     fn f_cos_wi(&self, wi: Vector<S>, active: Mask<S>) -> Color<S>;
-    /// Where light from the unit directions `wi` counts; see [`ShadingPoint::lit_from`](super::ShadingPoint::lit_from).
+    /// Where light from the unit directions `wi` counts; see
+    /// [`ShadingPoint::lit_from`](super::ShadingPoint::lit_from).
     fn count_light_from(&self, wi: Vector<S>) -> Mask<S>;
     /// The fraction of the flux of light `id` that fits the path limits.
     fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<S>;
@@ -79,9 +82,10 @@ impl Gather {
     /// L = f(wi, wo) cosθ · I(-wi) / d² · w_c · V
     /// ```
     ///
-    /// Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has the terms as M, I, G and V,
-    /// with the cosine in G. Here the cosine at the light is part of the intensity, and the clamping weight `w_c` bounds the
-    /// singularity. For a light as a sphere, the integral of `f cosθ I` over its directions takes the place of `f cosθ I / d²`.
+    /// Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has
+    /// the terms as M, I, G and V, with the cosine in G. Here the cosine at the light is part of
+    /// the intensity, and the clamping weight `w_c` bounds the singularity. For a light as a
+    /// sphere, the integral of `f cosθ I` over its directions takes the place of `f cosθ I / d²`.
     /// `V` is up to the caller, because shadow rays are traced together.
     #[inline(always)]
     pub(super) fn connect<S: Width, E: RadiantIntensity<S>>(

@@ -1,8 +1,10 @@
-//! A cut through the light tree for up to 64 points together, refined until no cluster can be far off at any of them.
+//! A cut through the light tree for up to 64 points together, refined until no cluster can be far
+//! off at any of them.
 //!
-//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005. Deviations: one cut serves many points,
-//! at each of which clusters are bounded; many clusters are refined at once, so that the shadow rays of new representatives are
-//! traced together; representatives are sampled by the light that they send to the points.
+//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005.
+//! Deviations: one cut serves many points, at each of which clusters are bounded; many clusters are
+//! refined at once, so that the shadow rays of new representatives are traced together;
+//! representatives are sampled by the light that they send to the points.
 
 use super::batch_sums::BatchSums;
 use super::occlusion::Occluders;
@@ -19,7 +21,8 @@ use crate::simd::{Isa, Simd, SimdKernel};
 /// When the refinement of a cut ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutLimits {
-    /// Largest error of a cluster, relative to the radiance that the point reflects, or that the pixel receives.
+    /// Largest error of a cluster, relative to the radiance that the point reflects, or that the
+    /// pixel receives.
     pub max_error: f32,
     /// Most lights and clusters of a cut, whatever their error.
     pub max_lights: u32,
@@ -37,7 +40,8 @@ impl Default for CutLimits {
 
 /// Clusters that are refined in a round, at least. Unmeasured: as many representatives as a block of shadow rays holds.
 const ROUND: usize = 64;
-/// In a round, this fraction of a large cut is refined (one over the number), so that it needs no more rounds than a small one.
+/// In a round, this fraction of a large cut is refined (one over the number), so that it needs no
+/// more rounds than a small one.
 const ROUND_DIVISOR: usize = 4;
 /// A point counts as no darker than this fraction of the brightest point that shares its cut. Unmeasured.
 const DARKEST_POINT: f32 = 0.01;
@@ -162,7 +166,8 @@ impl AddCut<'_> {
         (self.tree).draw(&self.lights.set, node, &receiver, &mut self.rng)
     }
 
-    /// Whether one surface hides all of a cluster from all points. Tested only if no light of its representative arrives.
+    /// Whether one surface hides all of a cluster from all points. Tested only if no light of its
+    /// representative arrives.
     #[inline(always)]
     fn is_hidden<S: Sixteen>(
         &self,
@@ -178,8 +183,8 @@ impl AddCut<'_> {
             && occluders.hide(s, &node.bounds.grown(node.offset), target)
     }
 
-    /// Puts a node into the cut, unless no point can receive light from it. Its representative is `inherited` from its parent with
-    /// the slot of that, or sampled anew.
+    /// Puts a node into the cut, unless no point can receive light from it. Its representative is
+    /// `inherited` from its parent with the slot of that, or sampled anew.
     #[inline(always)]
     fn put<S: Sixteen>(
         &mut self,
@@ -235,7 +240,8 @@ impl AddCut<'_> {
         bounds
     }
 
-    /// Largest error of a cluster at each point, luminance in W/(m² sr): relative to the sum there, or the tolerance of the point.
+    /// Largest error of a cluster at each point, luminance in W/(m² sr): relative to the sum there,
+    /// or the tolerance of the point.
     #[inline(always)]
     fn allowed<S: Sixteen>(
         &self,
@@ -315,7 +321,8 @@ fn is_beyond<S: Sixteen>(
     false
 }
 
-/// Largest ratio, over the points, of the light that a cluster is likely to send and the allowed error.
+/// Largest ratio, over the points, of the light that a cluster is likely to send and the allowed
+/// error.
 #[inline(always)]
 fn likeliest<S: Sixteen>(
     s: S,

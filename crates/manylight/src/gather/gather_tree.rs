@@ -1,4 +1,5 @@
-//! The gather tree: a binary tree over the gather points of a pixel, for product cuts. Every node bounds the points below it.
+//! The gather tree: a binary tree over the gather points of a pixel, for product cuts. Every node
+//! bounds the points below it.
 //!
 //! Source: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006.
 
@@ -26,7 +27,8 @@ pub(super) struct Sensor<'b, 's> {
     pub(super) bsdf: FixedWo<'b, 's>,
     /// Throughput of the camera path up to the point.
     pub(super) throughput: Rgb,
-    /// Luminance of the throughput: the point represents a node with a probability proportional to it.
+    /// Luminance of the throughput: the point represents a node with a probability proportional to
+    /// it.
     pub(super) weight: f32,
     /// Largest channel of the throughput.
     importance: f32,
@@ -59,14 +61,15 @@ impl<'b, 's> Sensor<'b, 's> {
         }
     }
 
-    /// Whether the point receives light from `p`. Positions in its plane are outside, up to the distance `rounding`.
+    /// Whether the point receives light from `p`. Positions in its plane are outside, up to the
+    /// distance `rounding`.
     pub(super) fn receives(&self, p: Vec3, rounding: f32) -> bool {
         let to = p - self.at.x.p;
         self.receiving.is_none_or(|n| n.dot(to) > rounding)
     }
 
-    /// Upper bound of `T f cosθ` over the directions within `spread` of `axis`, in 1/sr; `T` is the largest channel of the
-    /// throughput.
+    /// Upper bound of `T f cosθ` over the directions within `spread` of `axis`, in 1/sr; `T` is the
+    /// largest channel of the throughput.
     fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         self.importance * self.bsdf.bound(axis, spread)
     }
@@ -118,7 +121,8 @@ impl Receivers<One> for Sensor<'_, '_> {
 pub(super) struct GatherNode {
     /// Bounding box of the points.
     pub(super) bounds: Aabb,
-    /// Bounding cone of the normals on the sides that receive light; full if a point receives light on both sides.
+    /// Bounding cone of the normals on the sides that receive light; full if a point receives light
+    /// on both sides.
     pub(super) normals: Cone,
     /// Spread of that cone.
     spread: Spread,
@@ -186,8 +190,8 @@ impl<'b, 's> GatherTree<'b, 's> {
         (end - 1, self.sensors[end - 1].weight / weight)
     }
 
-    /// Upper bound of `Σ T f cosθ` over the points of `node`, in 1/sr. The directions may differ between the points, and are within
-    /// `spread` of `axis`.
+    /// Upper bound of `Σ T f cosθ` over the points of `node`, in 1/sr. The directions may differ
+    /// between the points, and are within `spread` of `axis`.
     pub(super) fn reflectance_bound(&self, node: &GatherNode, axis: Vec3, spread: Spread) -> f32 {
         let mut sum = 0.0;
         if node.diffuse > 0.0 {
@@ -231,7 +235,8 @@ fn build(sensors: &mut [Sensor], first: usize, nodes: &mut Vec<GatherNode>) {
     }
 }
 
-/// Partitions the points at the middle of the longest axis, in position or normal; returns the size of the first set.
+/// Partitions the points at the middle of the longest axis, in position or normal; returns the size
+/// of the first set.
 fn split(sensors: &mut [Sensor]) -> usize {
     let range = |axis: usize| {
         let at = sensors.iter().map(|sensor| sensor.place[axis]);

@@ -1,5 +1,5 @@
-//! The points that stand for a light: sixteen or four of its photons' positions from near, one from far. For spheres, as many
-//! directions.
+//! The points that stand for a light: sixteen or four of its photons' positions from near, one from
+//! far. For spheres, as many directions.
 
 use super::clamping::ClampReceiver;
 use super::{Gather, Kernel};
@@ -17,8 +17,8 @@ const FOUR_POINTS_WITHIN: f32 = 4.0;
 const SIXTEEN_DIRECTIONS_WITHIN: f32 = 2.0;
 /// Distance, in radii of a sphere, within which four directions are sampled, and one beyond. Unmeasured.
 const FOUR_DIRECTIONS_WITHIN: f32 = 8.0;
-/// Largest relative increase of these distances, by the random number of the shading point: no ring shows where the number of
-/// points changes.
+/// Largest relative increase of these distances, by the random number of the shading point: no ring
+/// shows where the number of points changes.
 const DISTANCE_SPREAD: f32 = 0.25;
 /// Least area of a disc, relative to the surface area that its light represents; lights with smaller discs are points.
 /// Unmeasured: one strong photon among weak ones makes a disc small that represents as much area as its neighbors.
@@ -37,7 +37,8 @@ pub(super) struct LightPoint {
     pub(super) directions: Option<usize>,
 }
 
-/// The number of light points, or of directions, that stand for a light at each shading point: one, four or sixteen.
+/// The number of light points, or of directions, that stand for a light at each shading point: one,
+/// four or sixteen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointCounts<S: Width> {
     pub(super) one: Mask<S>,
@@ -45,8 +46,8 @@ pub(super) struct PointCounts<S: Width> {
     pub(super) sixteen: Mask<S>,
 }
 
-/// The counts for `light` at the ends of the vectors `to`, in m, from shading points with the random numbers `u`. `radius` is that
-/// of the light as a sphere, in m.
+/// The counts for `light` at the ends of the vectors `to`, in m, from shading points with the
+/// random numbers `u`. `radius` is that of the light as a sphere, in m.
 #[inline(always)]
 pub(super) fn point_counts<S: Width>(
     gather: &Gather,
@@ -145,7 +146,8 @@ fn disc_area(light: &VirtualLight) -> f32 {
     PI * light.radius * light.radius
 }
 
-/// Whether the squared distance `d2` is within `reach`, stretched by the random number `u` of the shading point.
+/// Whether the squared distance `d2` is within `reach`, stretched by the random number `u` of the
+/// shading point.
 #[inline(always)]
 fn within<S: Width>(d2: Float<S>, u: Float<S>, reach: f32) -> Mask<S> {
     let stretch = u.mul_add(u.same(DISTANCE_SPREAD), u.same(1.0));

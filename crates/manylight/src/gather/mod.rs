@@ -1,5 +1,6 @@
-//! Sums over virtual lights at shading points. [`Kernel`] is the shape with which a light is evaluated, [`Strategy`] the choice
-//! of lights that are evaluated. All kernels and strategies make their connections by `Gather::connect`.
+//! Sums over virtual lights at shading points. [`Kernel`] is the shape with which a light is
+//! evaluated, [`Strategy`] the choice of lights that are evaluated. All kernels and strategies make
+//! their connections by `Gather::connect`.
 //!
 //! | strategy | modules |
 //! |---|---|
@@ -51,11 +52,12 @@ use points::{BATCHES, Batch};
 pub enum Kernel {
     /// One point.
     Point,
-    /// The disc with the second moment of the light's photons, as sixteen points from near, four from farther, and one from far.
+    /// The disc with the second moment of the light's photons, as sixteen points from near, four
+    /// from farther, and one from far.
     Disc,
-    /// The sphere with that moment, integrated over its solid angle. The radius of a light of one photon follows from
-    /// the area that it represents. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of
-    /// Glossy Scenes", SIGGRAPH Asia 2009.
+    /// The sphere with that moment, integrated over its solid angle. The radius of a light of one
+    /// photon follows from the area that it represents. Source: Hašan, Křivánek, Walter, Bala,
+    /// "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
     Sphere,
 }
 
@@ -64,11 +66,11 @@ pub enum Kernel {
 pub enum Strategy {
     /// All lights of a [`Subset`].
     All,
-    /// A cut through the light tree, common to up to 64 points. At points with a subset of one light in `n`, the cut has at most
-    /// `max_lights / n` terms.
+    /// A cut through the light tree, common to up to 64 points. At points with a subset of one
+    /// light in `n`, the cut has at most `max_lights / n` terms.
     Cuts(CutLimits),
-    /// A cut through the pairs of the gather points of a pixel and the lights: [`Gather::sum_of_pixel`]. [`Gather::sum`] makes
-    /// the same cuts as for [`Strategy::Cuts`].
+    /// A cut through the pairs of the gather points of a pixel and the lights:
+    /// [`Gather::sum_of_pixel`]. [`Gather::sum`] makes the same cuts as for [`Strategy::Cuts`].
     Bidirectional(CutLimits),
 }
 
@@ -91,9 +93,11 @@ pub struct Gather {
     pub strategy: Strategy,
     /// Bound on the singularity of a connection.
     pub clamp: Clamp,
-    /// Divisor of the area that a light represents, as clamping and spheres see it: progressive refinement.
+    /// Divisor of the area that a light represents, as clamping and spheres see it: progressive
+    /// refinement.
     pub refinement: f32,
-    /// Threshold of Russian roulette before shadow rays: unshadowed light, relative to the mean over the lights. 0: no roulette.
+    /// Threshold of Russian roulette before shadow rays: unshadowed light, relative to the mean
+    /// over the lights. 0: no roulette.
     pub roulette: f32,
 }
 
@@ -104,7 +108,8 @@ impl Gather {
     /// L = Σ_k f |w·n| I_k(-w) w_c V / d²
     /// ```
     ///
-    /// over the points of each light, with the clamping weight `w_c` and the visibility `V`. Lights are the outer loop, so that the table of one stays in the cache for all points.
+    /// over the points of each light, with the clamping weight `w_c` and the visibility `V`. Lights
+    /// are the outer loop, so that the table of one stays in the cache for all points.
     pub fn sum<'s, P: AsRef<ShadingPoint<'s>>>(
         &self,
         scene: &Scene,
@@ -124,10 +129,11 @@ impl Gather {
         sums
     }
 
-    /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum over the points, weighted by
-    /// throughput. A sum at a single point has the right expected value, and more noise. The error of a pair of clusters may be
-    /// `tolerance` (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the size and
-    /// the cost of the cut.
+    /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum
+    /// over the points, weighted by throughput. A sum at a single point has the right expected
+    /// value, and more noise. The error of a pair of clusters may be `tolerance` (luminance, in
+    /// W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the
+    /// size and the cost of the cut.
     pub fn sum_of_pixel(
         &self,
         scene: &Scene,
@@ -141,9 +147,9 @@ impl Gather {
         product_cut::sums(context, limits, tolerance, points)
     }
 
-    /// Fraction of the light from `y` that the clamp removes from the sum at `at`: one minus the weight of a connection with
-    /// the part at `y` of the light to which photons at `y` are assigned. `f_cos` is `f cosθ` of the non-specular lobes at
-    /// `at` for a direction, in 1/sr.
+    /// Fraction of the light from `y` that the clamp removes from the sum at `at`: one minus the
+    /// weight of a connection with the part at `y` of the light to which photons at `y` are
+    /// assigned. `f_cos` is `f cosθ` of the non-specular lobes at `at` for a direction, in 1/sr.
     pub fn clamped_fraction(
         &self,
         lights: &LightIndex,

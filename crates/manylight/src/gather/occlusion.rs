@@ -39,7 +39,8 @@ impl<'a> Occluders<'a> {
         }
     }
 
-    /// Whether a recent surface, or the one that a ray to `target` meets, hides all of the box `bounds` from all points.
+    /// Whether a recent surface, or the one that a ray to `target` meets, hides all of the box
+    /// `bounds` from all points.
     #[inline(always)]
     pub(super) fn hide<S: Sixteen>(&mut self, s: S, bounds: &Aabb, target: Vec3) -> bool {
         let corners = bounds.corners();
@@ -75,8 +76,8 @@ impl<'a> Occluders<'a> {
         Occluder::at(geometry, geometry.intersect(&ray)?.at)
     }
 
-    /// Whether `occluder` lies between each point and the box with these corners. A convex surface that meets the segments to all
-    /// corners meets those to all points of the box.
+    /// Whether `occluder` lies between each point and the box with these corners. A convex surface
+    /// that meets the segments to all corners meets those to all points of the box.
     #[inline(always)]
     fn hides<S: Sixteen>(&self, s: S, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
         let n = Vector::splat(s, occluder.n);
@@ -91,7 +92,7 @@ impl<'a> Occluders<'a> {
                 let before = n.dot(p) - occluder.offset;
                 let across = before - beyond;
                 let at = p + to * (before / across);
-                let opposite = before * -1f32.copysign(beyond);
+                let opposite = before.mul_sign(before.same(-beyond));
                 let mut hidden = opposite.gt(self.margin);
                 let least = to.length_squared() * (GRAZING * GRAZING);
                 hidden = hidden & (across * across).gt(least);

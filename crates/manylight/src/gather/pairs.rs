@@ -1,4 +1,5 @@
-//! Pairs of a cluster of gather points and a cluster of lights: upper bounds; and the values of single connections.
+//! Pairs of a cluster of gather points and a cluster of lights: upper bounds; and the values of
+//! single connections.
 
 use super::clamping::ClampReceiver;
 use super::connect::ConnectedLight;
@@ -17,12 +18,14 @@ use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{SingleEmission, VirtualLight};
 use std::f32::consts::PI;
 
-/// Luminance of the light that the lights of a cluster send through the points of a cluster to the camera, in W/(m² sr).
+/// Luminance of the light that the lights of a cluster send through the points of a cluster to the
+/// camera, in W/(m² sr).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PairBound {
     /// Upper bound; infinite where the boxes overlap.
     pub(super) bound: f32,
-    /// Heuristic estimate for the order of refinement: with points and lights spread over their clusters.
+    /// Heuristic estimate for the order of refinement: with points and lights spread over their
+    /// clusters.
     pub(super) likely: f32,
 }
 
@@ -73,10 +76,11 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         }
     }
 
-    /// Bounds of the light from the lights of the node `light` through the points of the node `gather`.
+    /// Bounds of the light from the lights of the node `light` through the points of the node
+    /// `gather`.
     ///
-    /// The product of the maxima of `Σ T f cosθ` and `Σ I` over the directions between the boxes, with `V = 1`, clamping weights
-    /// of 1, and the distance between the boxes.
+    /// The product of the maxima of `Σ T f cosθ` and `Σ I` over the directions between the boxes,
+    /// with `V = 1`, clamping weights of 1, and the distance between the boxes.
     pub(super) fn bound(&self, gather: usize, light: usize) -> PairBound {
         let (x, y) = (&self.sensors.nodes[gather], &self.tree.nodes()[light]);
         if !is_facing(&x.bounds, &x.normals, &y.bounds)
@@ -194,7 +198,8 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
     }
 }
 
-/// A cone that contains the directions from the points of a gather node to the lights of a light node.
+/// A cone that contains the directions from the points of a gather node to the lights of a light
+/// node.
 fn directions(x: &GatherNode, y: &LightNode) -> (Vec3, Spread) {
     let to = y.bounds.center() - x.bounds.center();
     let axis = to.try_normalize().unwrap_or(Vec3::Z);
@@ -206,7 +211,8 @@ fn radius(x: &GatherNode, y: &LightNode) -> f32 {
     0.5 * (x.bounds.diagonal() + y.bounds.diagonal())
 }
 
-/// Whether some position in `to` is above the horizon of some position in `from` with a normal in `normals`.
+/// Whether some position in `to` is above the horizon of some position in `from` with a normal in
+/// `normals`.
 fn is_facing(from: &Aabb, normals: &Cone, to: &Aabb) -> bool {
     if normals.half_angle >= PI {
         return true;
@@ -214,7 +220,8 @@ fn is_facing(from: &Aabb, normals: &Cone, to: &Aabb) -> bool {
     let center = to.center() - from.center();
     let half = 0.5 * (to.extent() + from.extent());
     let n = normals.axis;
-    // The chord to the farthest normal, times the distance, is how much nearer to a horizon a position may be.
+    // The chord to the farthest normal, times the distance, is how much nearer to a horizon a
+    // position may be.
     let chord = 2.0 * (0.5 * normals.half_angle).sin();
     let highest = n.dot(center) + n.abs().dot(half) + chord * (center.length() + half.length());
     // Half the rounding that connections allow: they are dark wherever this leaves them out.

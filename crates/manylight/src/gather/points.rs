@@ -1,4 +1,5 @@
-//! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one lane model.
+//! The shading points of a tile in lanes: batches of points that have the same lights and
+//! scattering functions of one lane model.
 
 use super::connect::Receivers;
 use super::sphere::SphereSamples;
@@ -92,7 +93,8 @@ pub(super) struct Batch<'b, 's> {
 }
 
 impl<'b, 's> Batch<'b, 's> {
-    /// The points of a tile in batches, sorted by subset, lane model and position, so that rays to common lights are coherent.
+    /// The points of a tile in batches, sorted by subset, lane model and position, so that rays to
+    /// common lights are coherent.
     pub(super) fn all<P: AsRef<ShadingPoint<'s>>>(points: &'b [P]) -> Vec<Self> {
         let mut kinds: Vec<((LaneModel, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
@@ -166,9 +168,10 @@ impl<'b, 's> Batch<'b, 's> {
         Vector::splat(s, p) - self.p.vectors(s)
     }
 
-    /// The points that may receive light from `light`, at the ends of the vectors `to`: part of the light is on the receiving side of
-    /// the point, and, for a one-sided light, the point is on the emitting side of part of it. Points in the plane of a flat
-    /// light receive nothing, up to rounding.
+    /// The points that may receive light from `light`, at the ends of the vectors `to`: part of the
+    /// light is on the receiving side of the point, and, for a one-sided light, the point is on the
+    /// emitting side of part of it. Points in the plane of a flat light receive nothing, up to
+    /// rounding.
     #[inline(always)]
     pub(super) fn facing<S: Sixteen>(
         &self,
@@ -179,8 +182,8 @@ impl<'b, 's> Batch<'b, 's> {
         let s = to.z.width();
         let (receiving, n) = (self.receiving.vectors(s), Vector::splat(s, light.n));
         let rounding = Float::load(s, &self.rounding) + reach.rounding;
-        // The points of the light lie in a cylinder around ±n. Its radius counts by the sine of the angle between the normals, which the
-        // chord between them bounds.
+        // The points of the light lie in a cylinder around ±n. Its radius counts by the sine of the
+        // angle between the normals, which the chord between them bounds.
         let cos = receiving.dot(n);
         let apart = abs(receiving - n * cos.sign());
         let chord = apart.x + apart.y + apart.z;
@@ -195,8 +198,9 @@ impl<'b, 's> Batch<'b, 's> {
         self.used() & (above | self.open) & before
     }
 
-    /// The points that may receive light from some light of a cluster; see [`Batch::facing`]. All lights of the cluster have their points
-    /// in `bounds` and their normals, on the emitting side, in `normals`.
+    /// The points that may receive light from some light of a cluster; see [`Batch::facing`]. All
+    /// lights of the cluster have their points in `bounds` and their normals, on the emitting side,
+    /// in `normals`.
     #[inline(always)]
     pub(super) fn facing_cluster<S: Sixteen>(
         &self,
@@ -209,7 +213,8 @@ impl<'b, 's> Batch<'b, 's> {
         let (receiving, to) = (self.receiving.vectors(s), self.towards(s, center));
         let highest = receiving.dot(to) + abs(receiving).dot(half);
         let above = highest.gt(rounding).bits() as LaneMask;
-        // The chord to the farthest normal, times the distance, is how much nearer to a horizon a point may be.
+        // The chord to the farthest normal, times the distance, is how much nearer to a horizon a
+        // point may be.
         let chord = 2.0 * (0.5 * normals.half_angle.clamp(0.0, PI)).sin();
         let axis = Vector::splat(s, normals.axis);
         let farthest = to.length() + half.length();
@@ -291,7 +296,8 @@ fn offset(x: &SurfacePoint, side: f32) -> Vec3 {
     x.offset_towards(x.ng * side)
 }
 
-/// Sorts so that runs of the points of one batch, and of all batches of a group, are compact: by halves along the longest axis.
+/// Sorts so that runs of the points of one batch, and of all batches of a group, are compact: by
+/// halves along the longest axis.
 fn sort_in_compact_runs(members: &mut [usize], position: &impl Fn(usize) -> Vec3) {
     if members.len() <= LANES {
         return;

@@ -1,9 +1,11 @@
-//! A cut through the product of a gather tree and the light tree: the light that all virtual lights send through all gather points
-//! of a pixel. Pairs of nodes are refined until the error bound of each pair is small.
+//! A cut through the product of a gather tree and the light tree: the light that all virtual lights
+//! send through all gather points of a pixel. Pairs of nodes are refined until the error bound of
+//! each pair is small.
 //!
-//! Sources: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006, for the product graph; Walter, Khungurn,
-//! Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather points at several vertices of a camera path. Deviation:
-//! representatives are drawn at random, after Yuksel, "Stochastic Lightcuts", HPG 2019.
+//! Sources: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006, for the
+//! product graph; Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather
+//! points at several vertices of a camera path. Deviation: representatives are drawn at random,
+//! after Yuksel, "Stochastic Lightcuts", HPG 2019.
 
 use super::light_points::part_count;
 use super::pairs::{ConnectionValue, PairBound, PairContext, Parts};
@@ -76,7 +78,8 @@ struct ProductCut<'a, 'b, 's> {
     cost: Gathered,
 }
 
-/// See [`Gather::sum_of_pixel`](super::Gather::sum_of_pixel); `points` are the gather points of `context`.
+/// See [`Gather::sum_of_pixel`](super::Gather::sum_of_pixel); `points` are the gather points of
+/// `context`.
 pub(super) fn sums(
     context: PairContext,
     limits: CutLimits,
@@ -106,7 +109,8 @@ pub(super) fn sums(
 }
 
 impl ProductCut<'_, '_, '_> {
-    /// Refines until no bound exceeds the allowed error, which is returned, or the cut is as large as it may be.
+    /// Refines until no bound exceeds the allowed error, which is returned, or the cut is as large
+    /// as it may be.
     fn refine(&mut self, limits: CutLimits, tolerance: f32) -> f32 {
         let allowed = |total: f64| tolerance.max(limits.max_error * total as f32);
         while self.terms < limits.max_lights as usize {
@@ -123,7 +127,8 @@ impl ProductCut<'_, '_, '_> {
         allowed(self.total)
     }
 
-    /// Replaces a pair by the pairs with the children of one of its nodes: the one with the larger box.
+    /// Replaces a pair by the pairs with the children of one of its nodes: the one with the larger
+    /// box.
     fn split(&mut self, pair: &Pair) {
         let PairContext { tree, sensors, .. } = self.context;
         let size = [
@@ -158,7 +163,8 @@ impl ProductCut<'_, '_, '_> {
         }
     }
 
-    /// Puts a pair into the cut, unless no light can arrive. Its representative is `inherited`, or drawn.
+    /// Puts a pair into the cut, unless no light can arrive. Its representative is `inherited`, or
+    /// drawn.
     fn put(&mut self, gather: usize, light: usize, inherited: Option<Pair>) {
         let PairContext { tree, sensors, .. } = self.context;
         let is_single = sensors.children(gather).is_none() && tree.children(light).is_none();
@@ -215,7 +221,8 @@ impl ProductCut<'_, '_, '_> {
         part_count(gather, &sensors.sensors[pair.sensor].at.into(), light) > 1
     }
 
-    /// The pair with the value of its representative: of a cluster, one part of the light represents it.
+    /// The pair with the value of its representative: of a cluster, one part of the light
+    /// represents it.
     fn connected(&mut self, pair: Pair, is_single: bool) -> Pair {
         let parts = if is_single {
             Parts::All

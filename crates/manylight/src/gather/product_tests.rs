@@ -1,4 +1,5 @@
-//! Bounds of pairs of clusters, product cuts against sums over all pairs, and the sum of the weights of all techniques of a path.
+//! Bounds of pairs of clusters, product cuts against sums over all pairs, and the sum of the
+//! weights of all techniques of a path.
 
 use super::gather_tree::GatherTree;
 use super::pairs::{PairContext, Parts};
@@ -22,7 +23,8 @@ fn gather(kernel: Kernel, clamp: Clamp) -> Gather {
     }
 }
 
-/// Groups of a few points with random throughputs, as the gather points of pixels: some near each other, some anywhere.
+/// Groups of a few points with random throughputs, as the gather points of pixels: some near each
+/// other, some anywhere.
 fn pixels(scene: &Scene, seed: u64) -> Vec<Vec<WeightedPoint<'_>>> {
     let points = points(scene, false);
     let mut rng = Pcg::new(seed);
@@ -155,7 +157,8 @@ fn a_cut_refined_to_its_leaves_is_the_sum_of_all_pairs() {
     }
 }
 
-/// Coarse cuts with many choices of representatives have the mean of the sum over all pairs, within five standard errors.
+/// Coarse cuts with many choices of representatives have the mean of the sum over all pairs, within
+/// five standard errors.
 #[test]
 fn coarse_cuts_are_right_in_the_mean() {
     let scene = many_materials();
@@ -167,8 +170,8 @@ fn coarse_cuts_are_right_in_the_mean() {
     };
     let trials = 3000;
     for mut pixel in pixels(&scene, 13).into_iter().step_by(12) {
-        // The random number of the first point is the seed of the cut. It also decides how many points represent a light, and must
-        // not do so at a point with throughput.
+        // The random number of the first point is the seed of the cut. It also decides how many
+        // points represent a light, and must not do so at a point with throughput.
         let dark = WeightedPoint {
             throughput: Rgb::BLACK,
             ..pixel[0]
@@ -194,9 +197,9 @@ fn coarse_cuts_are_right_in_the_mean() {
     }
 }
 
-/// A path `x_0 x_1 ... x_n` is found by connecting `x_t` with the light at `x_{t+1}`. The weight of this technique is the clamping
-/// weight of the edge, times the clamped fractions of all edges before. The last technique, next-event estimation at `x_n`, has no
-/// clamp.
+/// A path `x_0 x_1 ... x_n` is found by connecting `x_t` with the light at `x_{t+1}`. The weight of
+/// this technique is the clamping weight of the edge, times the clamped fractions of all edges
+/// before. The last technique, next-event estimation at `x_n`, has no clamp.
 #[test]
 fn the_weights_of_all_techniques_sum_to_one() {
     let scene = many_materials();

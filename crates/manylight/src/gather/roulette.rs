@@ -1,4 +1,5 @@
-//! Russian roulette before shadow rays: a light that adds little to all points of a group is connected rarely, with more weight.
+//! Russian roulette before shadow rays: a light that adds little to all points of a group is
+//! connected rarely, with more weight.
 
 use super::Gather;
 use super::points::{BATCHES, Batch};
@@ -11,11 +12,12 @@ const FIRST_LIGHTS: f32 = 8.0;
 
 /// Roulette for the connections of a group of points, in the order of the lights.
 ///
-/// The probability that a light is connected is common to the points, because their shadow rays are traced together. It is the
-/// largest ratio, over the points, of the unshadowed light to [`Gather::roulette`] times the mean over the lights so far.
+/// The probability that a light is connected is common to the points, because their shadow rays are
+/// traced together. It is the largest ratio, over the points, of the unshadowed light to
+/// [`Gather::roulette`] times the mean over the lights so far.
 ///
-/// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 10.4.1. Deviation: one probability for
-/// up to 64 points.
+/// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
+/// 10.4.1. Deviation: one probability for up to 64 points.
 #[derive(Debug)]
 pub(super) struct Roulette {
     /// As [`Gather::roulette`].
@@ -39,8 +41,8 @@ impl Roulette {
         })
     }
 
-    /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are traced; `values` are then divided by the
-    /// probability.
+    /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are
+    /// traced; `values` are then divided by the probability.
     #[inline(always)]
     pub(super) fn survives<S: Sixteen>(
         &mut self,

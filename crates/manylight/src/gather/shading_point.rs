@@ -21,7 +21,8 @@ pub struct ShadingPoint<'s> {
     pub u: f32,
     /// The lights that are summed.
     pub lights: Subset,
-    /// Radiance by which any cluster of lights may be off, luminance in W/(m² sr), whatever the relative error; 0 for none.
+    /// Radiance by which any cluster of lights may be off, luminance in W/(m² sr), whatever the
+    /// relative error; 0 for none.
     pub tolerance: f32,
     /// If given, only light that arrives on the side of this normal counts.
     pub lit_from: Option<Vec3>,
@@ -53,7 +54,8 @@ pub struct Gathered {
     pub unclamped: f32,
     /// Number of terms of the sum: lights, or the lights and clusters of a cut.
     pub terms: u32,
-    /// Upper bound of the error of any cluster, relative to the luminance of `radiance`; 0 without clusters.
+    /// Upper bound of the error of any cluster, relative to the luminance of `radiance`; 0 without
+    /// clusters.
     pub cluster_error: f32,
     /// Connections evaluated.
     pub connections: u64,

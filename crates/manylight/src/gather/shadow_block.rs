@@ -12,7 +12,8 @@ use crate::simd::set_bits;
 /// Targets of a block: the bits of a mask.
 const TARGETS: usize = 64;
 
-/// Waiting shadow rays to common targets, with the light that they test. All start on the same side of their surfaces.
+/// Waiting shadow rays to common targets, with the light that they test. All start on the same side
+/// of their surfaces.
 #[derive(Debug)]
 pub(super) struct ShadowBlock {
     /// Index into [`Batch::origins`].
@@ -20,7 +21,8 @@ pub(super) struct ShadowBlock {
     targets: Vec<Vec3>,
     /// The slot of the sum to which each target belongs.
     slots: Vec<usize>,
-    /// Light that arrives from each visible target, by batch, in the lanes that are connected with it. Kept at its largest size.
+    /// Light that arrives from each visible target, by batch, in the lanes that are connected with
+    /// it. Kept at its largest size.
     values: Vec<[Lanes3; BATCHES]>,
     /// The points that each target is connected with.
     connected: [u64; TARGETS],
@@ -61,7 +63,8 @@ impl ShadowBlock {
         self.connected[t] |= u64::from(lanes) << (b * LANES);
     }
 
-    /// Traces the shadow rays and adds the light that arrives to `gathered`, the sums by slot and batch.
+    /// Traces the shadow rays and adds the light that arrives to `gathered`, the sums by slot and
+    /// batch.
     #[inline(always)]
     pub(super) fn flush<S: Sixteen>(
         &mut self,
@@ -98,7 +101,8 @@ impl ShadowBlock {
         self.connected.fill(0);
     }
 
-    /// The points from which each target is visible. Light through transparent surfaces is attenuated in `values`.
+    /// The points from which each target is visible. Light through transparent surfaces is
+    /// attenuated in `values`.
     fn trace(&mut self, scene: &Scene, batches: &[Batch], sums: &mut [Gathered]) -> [u64; TARGETS] {
         let geometry = &scene.geometry;
         let mut origins = [batches[0].origins[self.side][0]; BATCHES * LANES];

@@ -1,15 +1,18 @@
-//! A light as a sphere: its flux, spread over the directions under which a sphere around it is seen.
+//! A light as a sphere: its flux, spread over the directions under which a sphere around it is
+//! seen.
 //!
 //! ```text
 //! L = 1/(π r²) ∫_Ω f(w) |w·n| I(-w) dw
 //! ```
 //!
-//! Ω holds the directions from the point to the sphere of radius r, all directions inside the sphere. One shadow ray goes to the
-//! center. The integral is bounded however near the light is, and converges to that of a point with `r / d`. Directions are
-//! sampled from three densities, weighted by the balance heuristic: evenly from Ω, from a lobe like the reflection at the
-//! point, and from a lobe like that at the light.
+//! Ω holds the directions from the point to the sphere of radius r, all directions inside the
+//! sphere. One shadow ray goes to the center. The integral is bounded however near the light is,
+//! and converges to that of a point with `r / d`. Directions are sampled from three densities,
+//! weighted by the balance heuristic: evenly from Ω, from a lobe like the reflection at the point,
+//! and from a lobe like that at the light.
 //!
-//! Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
+//! Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of
+//! Glossy Scenes", SIGGRAPH Asia 2009.
 
 use super::connect::{ConnectedLight, Direction, Receivers};
 use super::points::{Batch, mirrored};
@@ -23,20 +26,21 @@ use crate::sampling::warp;
 use crate::virtual_lights::{Emission, RadiantIntensity, VirtualLight, VirtualLights};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// Squared radius of the sphere of a light of one photon, times π, relative to the area per light. The sphere then reaches half
-/// as far as the tenth nearest light.
+/// Squared radius of the sphere of a light of one photon, times π, relative to the area per light.
+/// The sphere then reaches half as far as the tenth nearest light.
 const SPHERE_AREAS: f32 = 2.5;
 /// Most directions that are sampled from Ω.
 const MAX_DIRECTIONS: usize = 16;
 /// Directions that are sampled from the lobe at the point, and from that at the light. Unmeasured.
 const LOBE_DIRECTIONS: usize = 4;
-/// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at half the height.
+/// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at
+/// half the height.
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
 /// Step between successive angles, as a fraction of a turn: the golden ratio.
 const GOLDEN_TURN: f32 = 0.618_034;
 
-/// Radius of `light` as a sphere in m: that of its photons; of a light of one photon, by `area_factor` times the area that it
-/// represents.
+/// Radius of `light` as a sphere in m: that of its photons; of a light of one photon, by
+/// `area_factor` times the area that it represents.
 #[inline(always)]
 pub(super) fn sphere_radius(light: &VirtualLight, area_factor: f32) -> f32 {
     let spacing = (SPHERE_AREAS * FRAC_1_PI * light.area * area_factor).sqrt();
@@ -88,7 +92,8 @@ impl<S: Width> DirectionCone<S> {
     }
 }
 
-/// Density per solid angle of a lobe with mean cosine `g`, `(1 - g²)/(4π (1 + g² - 2 g cos)^(3/2))`.
+/// Density per solid angle of a lobe with mean cosine `g`,
+/// `(1 - g²)/(4π (1 + g² - 2 g cos)^(3/2))`.
 #[inline(always)]
 fn lobe_density<S: Width>(cos: Float<S>, g: Float<S>) -> Float<S> {
     let g2 = g * g;
@@ -199,8 +204,8 @@ impl<S: Sixteen> PointLobe<S> {
     }
 }
 
-/// The integral of the module's doc at the points `x`, by `count` directions of Ω and those of the lobes; by the direction to
-/// the center if `count` is 1. Black in inactive lanes.
+/// The integral of the module's doc at the points `x`, by `count` directions of Ω and those of the
+/// lobes; by the direction to the center if `count` is 1. Black in inactive lanes.
 #[inline(always)]
 pub(super) fn integrate<S: Width, E: RadiantIntensity<S>>(
     samples: &SphereSamples<S>,
@@ -313,7 +318,8 @@ struct SamplingMixture<S: Width> {
 }
 
 impl<S: Width> SamplingMixture<S> {
-    /// `value` in a sampled direction over the density of all directions there: the balance heuristic.
+    /// `value` in a sampled direction over the density of all directions there: the balance
+    /// heuristic.
     #[inline(always)]
     fn weighted(&self, direction: Vector<S>, value: Color<S>) -> Color<S> {
         let mut density = self.even;

@@ -1,6 +1,7 @@
 //! Subsets of the lights: every n-th along the space-filling curve.
 
-/// The lights that are summed at a point: every n-th along the space-filling curve, each of which represents n lights.
+/// The lights that are summed at a point: every n-th along the space-filling curve, each of which
+/// represents n lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Subset {
     first: u32,
@@ -26,8 +27,8 @@ impl Subset {
         }
     }
 
-    /// As [`Subset::part`], for point `k` of `points` points with results that are averaged. Clamping sees a light with its own
-    /// area then, as if all points summed all lights.
+    /// As [`Subset::part`], for point `k` of `points` points with results that are averaged.
+    /// Clamping sees a light with its own area then, as if all points summed all lights.
     pub fn divided(self, k: u32, points: u32) -> Self {
         Subset {
             points: self.points * points,

@@ -64,7 +64,8 @@ pub(super) fn lights(
     })
 }
 
-/// What the camera sees in a film's pixels; off their centers, some of which see the very edges of the room.
+/// What the camera sees in a film's pixels; off their centers, some of which see the very edges of
+/// the room.
 pub(super) fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
     let size = scene.sensor.desc().film.size;
     (0..size.x * size.y)
@@ -147,8 +148,8 @@ fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits
     assert!(rays > 1000);
 }
 
-/// One point stands for four here: then their mean is the sum over all lights, whatever the clamp. Four choices of lights for a point by itself
-/// are clamped as lights of four times the surface.
+/// One point stands for four here: then their mean is the sum over all lights, whatever the clamp.
+/// Four choices of lights for a point by itself are clamped as lights of four times the surface.
 #[test]
 fn lights_divided_among_points_are_clamped_as_all_of_them() {
     let scene = glossy_box(20).build();

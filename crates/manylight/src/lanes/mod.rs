@@ -25,7 +25,7 @@ pub(crate) use crate::simd::{LaneKernel, Sixteen};
 pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
-pub(crate) use stored::{Stored, lanewise};
+pub(crate) use stored::{CacheAligned, Stored, lanewise};
 pub use vector::{Axes, Color, Pair, Vector};
 
 use crate::color::Rgb;

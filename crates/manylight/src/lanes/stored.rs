@@ -2,13 +2,37 @@
 
 use super::vector::{Axes, Color, Pair, Vector};
 use crate::simd::{LANES, Portable};
+use std::ops::{Deref, DerefMut};
 
-/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of each instruction set.
+/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of
+/// each instruction set.
 pub(crate) type Stored = Portable<LANES>;
 
-/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all lanes; `set_lane` and
-/// `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads it into vectors. Fields after a semicolon
-/// are common to the lanes.
+/// A structure of [`Stored`] numbers at the start of a cache line, so that vectors are loaded from one
+/// line each.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct CacheAligned<T>(pub(crate) T);
+
+impl<T> Deref for CacheAligned<T> {
+    type Target = T;
+
+    #[inline(always)]
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for CacheAligned<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.0
+    }
+}
+
+/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all
+/// lanes; `set_lane` and `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads
+/// it into vectors. Fields after a semicolon are common to the lanes.
 macro_rules! lanewise {
     ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),*)? }) => {
         #[allow(dead_code, reason = "not all structures need all conversions")]

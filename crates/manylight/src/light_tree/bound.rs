@@ -10,7 +10,8 @@ use crate::math::{Spread, Vec3};
 pub(crate) struct ReflectedBounds {
     /// Upper bounds.
     pub(crate) most: Lanes,
-    /// Heuristic estimates for the order of refinement: with lights spread over the node instead of all at its nearest point.
+    /// Heuristic estimates for the order of refinement: with lights spread over the node instead of
+    /// all at its nearest point.
     pub(crate) likely: Lanes,
 }
 
@@ -23,17 +24,18 @@ impl ReflectedBounds {
 }
 
 impl LightNode {
-    /// Upper bound of the sum of the radiant intensities of all lights, luminance in W/sr. Each light has a direction within `spread`
-    /// of the unit vector `axis`.
+    /// Upper bound of the sum of the radiant intensities of all lights, luminance in W/sr. Each
+    /// light has a direction within `spread` of the unit vector `axis`.
     pub(crate) fn intensity_within(&self, axis: Vec3, spread: Spread) -> f32 {
         self.intensity.luminance_within(axis, spread)
     }
 
-    /// Upper bounds of the luminance of `Σ f |w·n| I(-w) V / d²` over the lights of an inner node, for receivers at `p`; inactive lanes hold
-    /// any value.
+    /// Upper bounds of the luminance of `Σ f |w·n| I(-w) V / d²` over the lights of an inner node,
+    /// for receivers at `p`; inactive lanes hold any value.
     ///
-    /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
-    /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
+    /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding
+    /// sphere, with `V = 1` and the distance to the nearest point of the box (Walter et al. 2005,
+    /// section 4). Infinite for receivers in the box.
     #[inline(always)]
     pub(crate) fn reflected_bounds<S: Sixteen>(
         &self,

@@ -1,4 +1,5 @@
-//! Top-down construction: sets of lights are split at the plane, in position or normal, at which the two parts cost least.
+//! Top-down construction: sets of lights are split at the plane, in position or normal, at which
+//! the two parts cost least.
 
 use super::{LightNode, NodeContent};
 use crate::ids::LightId;
@@ -10,7 +11,8 @@ use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
 const NORMAL_SCALE: f32 = 0.25;
 /// Number of bins along the longest axis; the planes between them are the candidates.
 const BINS: usize = 16;
-/// Depth below which sets are split at the median, which bounds the depth of recursion for any input.
+/// Depth below which sets are split at the median, which bounds the depth of recursion for any
+/// input.
 const MEDIAN_SPLIT_DEPTH: u32 = 48;
 /// Number of lights above which the two parts are built in parallel.
 const PARALLEL: usize = 512;
@@ -66,14 +68,16 @@ impl BinBounds {
         (self.high[axis] - self.low[axis]).max(0.0)
     }
 
-    /// Flux times the squared diagonal: the metric of Walter et al. 2005, section 3.1, with the chord between normals instead of their angle.
+    /// Flux times the squared diagonal: the metric of Walter et al. 2005, section 3.1, with the
+    /// chord between normals instead of their angle.
     fn cost(&self) -> f32 {
         let diagonal2: f32 = (0..6).map(|axis| self.size(axis).powi(2)).sum();
         self.flux * diagonal2
     }
 }
 
-/// The nodes of the tree over the lights with flux for which `is_used` is true, in depth-first order.
+/// The nodes of the tree over the lights with flux for which `is_used` is true, in depth-first
+/// order.
 pub(super) fn nodes(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Vec<LightNode> {
     let lights = set.lights();
     let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
@@ -123,7 +127,8 @@ impl LightNode {
     };
 }
 
-/// Builds the tree over `items` into `nodes`, the first of which has the index `first` in the tree. Returns the bound of its intensity.
+/// Builds the tree over `items` into `nodes`, the first of which has the index `first` in the tree.
+/// Returns the bound of its intensity.
 fn build(
     lights: &VirtualLights,
     items: &mut [TreeItem],

@@ -1,7 +1,7 @@
 //! Representative lights: one light of a node, drawn by a random descent from the node to a leaf.
 //!
-//! Source: Yuksel, "Stochastic Lightcuts", HPG 2019; here the children are chosen by bounds of their intensity towards a position, mixed
-//! with their flux.
+//! Source: Yuksel, "Stochastic Lightcuts", HPG 2019; here the children are chosen by bounds of
+//! their intensity towards a position, mixed with their flux.
 
 use super::{LightNode, LightTree, NodeContent};
 use crate::ids::LightId;
@@ -70,8 +70,9 @@ impl LightTree {
         }
     }
 
-    /// Converts a light drawn from the parent of `children` for `receiver` to a draw from the child that contains it. Returns
-    /// the index, 0 or 1, of that child, and the light with its probability there.
+    /// Converts a light drawn from the parent of `children` for `receiver` to a draw from the child
+    /// that contains it. Returns the index, 0 or 1, of that child, and the light with its
+    /// probability there.
     pub(crate) fn inherit(
         &self,
         lights: &VirtualLights,
@@ -116,7 +117,8 @@ impl LightTree {
         BY_FLUX * by_flux + (1.0 - BY_FLUX) * (a / sum)
     }
 
-    /// Estimate of the luminance of the irradiance at `p` from the lights of a node, in W/m², without visibility.
+    /// Estimate of the luminance of the irradiance at `p` from the lights of a node, in W/m²,
+    /// without visibility.
     #[inline(always)]
     fn expected(&self, lights: &VirtualLights, node: usize, p: Vec3) -> f32 {
         let node = &self.nodes[node];

@@ -1,8 +1,8 @@
-//! The light tree: a binary tree over virtual lights, for lightcuts. Every node bounds the lights below it, and one of these may be drawn
-//! to represent the node.
+//! The light tree: a binary tree over virtual lights, for lightcuts. Every node bounds the lights
+//! below it, and one of these may be drawn to represent the node.
 //!
-//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here with lights of any radiant intensity, bounded by
-//! [`IntensityBound`].
+//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here
+//! with lights of any radiant intensity, bounded by [`IntensityBound`].
 
 mod bound;
 mod build;
@@ -22,7 +22,8 @@ use rayon::prelude::*;
 /// A binary tree over the virtual lights that have flux.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// In depth-first order: an inner node is followed by its first child with all descendants, then by its second child.
+    /// In depth-first order: an inner node is followed by its first child with all descendants,
+    /// then by its second child.
     nodes: Vec<LightNode>,
 }
 
@@ -31,13 +32,15 @@ pub struct LightTree {
 pub struct LightNode {
     /// Bounding box of the positions and points of the lights.
     pub bounds: Aabb,
-    /// Bounding cone of the geometric normals on the lit sides; full if a light emits on both sides.
+    /// Bounding cone of the geometric normals on the lit sides; full if a light emits on both
+    /// sides.
     pub normals: Cone,
     /// Largest distance in m by which shadow rays to the points end before the surface.
     pub offset: f32,
     /// Luminance of the flux of the lights, in W.
     pub flux: f32,
-    /// Bound of the radiant intensity of the lights of an inner node; set for a leaf by [`LightTree::bound_lights`] only.
+    /// Bound of the radiant intensity of the lights of an inner node; set for a leaf by
+    /// [`LightTree::bound_lights`] only.
     intensity: IntensityBound,
     content: NodeContent,
 }
@@ -87,8 +90,8 @@ impl LightTree {
         });
     }
 
-    /// Expected bytes per light, with this number of bounds per light that are not diffuse: at most one for inner nodes, and one more with
-    /// [`LightTree::bound_lights`].
+    /// Expected bytes per light, with this number of bounds per light that are not diffuse: at most
+    /// one for inner nodes, and one more with [`LightTree::bound_lights`].
     pub fn bytes_per_light(glossy_bounds: f64) -> f64 {
         (2 * size_of::<LightNode>()) as f64 + glossy_bounds * IntensityBound::GLOSSY_BYTES as f64
     }

@@ -106,7 +106,8 @@ fn every_light_is_a_leaf() {
     assert!(LightTree::new(&set, |_| false).root().is_none());
 }
 
-/// Draws from the root, and draws converted to a child of the root, have the frequencies reported, for all forms of emission.
+/// Draws from the root, and draws converted to a child of the root, have the frequencies reported,
+/// for all forms of emission.
 #[test]
 fn lights_are_drawn_with_the_probability_reported() {
     let scene = glossy_box(8).build();
@@ -148,8 +149,9 @@ fn lights_are_drawn_with_the_probability_reported() {
     }
 }
 
-/// For `count` random receivers with a random inner node each: the sum over the lights of the node, each from one of its points, is within the
-/// bound. Returns the geometric mean of bound over sum, and the number of connections.
+/// For `count` random receivers with a random inner node each: the sum over the lights of the node,
+/// each from one of its points, is within the bound. Returns the geometric mean of bound over sum,
+/// and the number of connections.
 fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
     let scene = glossy_box(8).build();
     let (photons, set) = lit(&scene, 400, form);
@@ -198,7 +200,8 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
     ((looseness / lit as f64).exp(), connections)
 }
 
-/// [`hold_bounds`] for lights of every form, `count` receivers each. Returns the number of connections.
+/// [`hold_bounds`] for lights of every form, `count` receivers each. Returns the number of
+/// connections.
 fn hold_bounds_of_all_forms(count: u32) -> u64 {
     let forms = [Some(TABLES), Some(GlossyForm::Lobes { count: 5 }), None];
     let connections = forms.map(|form| {

@@ -1,5 +1,5 @@
-//! Glossy part of the emission: one interface to its forms, tables and mixtures of lobes. No other file tells the forms apart, but for
-//! the bounds in [`intensity_bound`](super::intensity_bound).
+//! Glossy part of the emission: one interface to its forms, tables and mixtures of lobes. No other
+//! file tells the forms apart, but for the bounds in [`intensity_bound`](super::intensity_bound).
 
 use super::lobe_fit::{MAX_LOBES, fit_mixture};
 use super::octahedral_grid::Grid;
@@ -95,8 +95,8 @@ pub(super) enum ProfileMaker {
 }
 
 impl ProfileMaker {
-    /// The profile of `paths` on a surface with unit normal `n`, scaled so that its integral over the domain is the scattered flux.
-    /// `width` is the smallest roughness of the lobes.
+    /// The profile of `paths` on a surface with unit normal `n`, scaled so that its integral over
+    /// the domain is the scattered flux. `width` is the smallest roughness of the lobes.
     pub(super) fn make(&self, paths: &[Reflection], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
         let (domain, target) = scattered_flux(paths, n, rng);
         let (data, flux) = match self {
@@ -174,7 +174,8 @@ pub(crate) enum Glossy<'f> {
 }
 
 impl Glossy<'_> {
-    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon; inactive lanes hold any value.
+    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon; inactive
+    /// lanes hold any value.
     #[inline(always)]
     pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
         match self {

@@ -1,4 +1,5 @@
-//! Upper bounds of the radiant intensity of a set of lights within a cone of directions, for lightcuts. Each form of emission has one.
+//! Upper bounds of the radiant intensity of a set of lights within a cone of directions, for
+//! lightcuts. Each form of emission has one.
 
 use super::glossy::Glossy;
 use super::light::Emission;
@@ -12,7 +13,8 @@ use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Cone, Spread, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// Bounds of the luminance of the summed radiant intensity of a set of lights, in W/sr, with another direction for each light.
+/// Bounds of the luminance of the summed radiant intensity of a set of lights, in W/sr, with
+/// another direction for each light.
 #[derive(Clone, Debug)]
 pub struct IntensityBound {
     /// Sum of the diffuse parts, each along its normal.
@@ -87,7 +89,8 @@ impl IntensityBound {
         self.diffuse_within(axis, spread) + glossy
     }
 
-    /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit vectors `axes`.
+    /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit
+    /// vectors `axes`.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let mut bounds = [0.0; LANES];

@@ -10,7 +10,8 @@ use crate::math::Vec3;
 pub struct VirtualLight<'s> {
     /// Position: that of the site's photon.
     pub p: Vec3,
-    /// Positions of photons of the cluster, drawn in proportion to flux and spread over the disc; see [`spread_points`](super::moments::spread_points).
+    /// Positions of photons of the cluster, drawn in proportion to flux and spread over the disc;
+    /// see [`spread_points`](super::moments::spread_points).
     pub points: [Vec3; POINTS],
     /// Geometric normal on the lit side, unit.
     pub n: Vec3,
@@ -18,7 +19,8 @@ pub struct VirtualLight<'s> {
     pub ns: Vec3,
     /// Radius of the uniform disc with the second moment of the cluster, in m; 0 for one photon.
     pub radius: f32,
-    /// Surface represented, in m², from the spacing of the lights around it: bounds the geometry term of points. 0 for the only light.
+    /// Surface represented, in m², from the spacing of the lights around it: bounds the geometry
+    /// term of points. 0 for the only light.
     pub area: f32,
     /// Distance from the surface at which shadow rays start, in m.
     pub offset: f32,
@@ -35,9 +37,11 @@ pub struct VirtualLight<'s> {
 pub enum Emission<'s> {
     /// That of one light path: the index of a [`Reflection`](super::Reflection).
     Single(u32),
-    /// That of many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` above the horizon, plus the glossy part.
+    /// That of many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` above the horizon, plus the
+    /// glossy part.
     Rich {
-        /// `Σ Φ_j a(wi_j)` over the photons with their weights, with the diffuse albedo `a` before the exit transmittance `b`. W.
+        /// `Σ Φ_j a(wi_j)` over the photons with their weights, with the diffuse albedo `a` before
+        /// the exit transmittance `b`. W.
         diffuse: Rgb,
         /// `b`.
         exit: ExitTransmittance<'s>,

@@ -1,7 +1,8 @@
-//! Upper bounds of radiant intensity over cones of directions, as small tables on the octahedral map.
+//! Upper bounds of radiant intensity over cones of directions, as small tables on the octahedral
+//! map.
 //!
-//! A receiver sees the lights of a cluster in different directions. So the bound of a cluster is the sum over its lights of the maximum of
-//! each, and not the maximum of the summed intensity.
+//! A receiver sees the lights of a cluster in different directions. So the bound of a cluster is
+//! the sum over its lights of the maximum of each, and not the maximum of the summed intensity.
 
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::float::floor;
@@ -10,7 +11,8 @@ use crate::math::{Cone, Spread, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::sync::LazyLock;
 
-/// Texels along an edge of the finest level. More texels give tighter bounds and larger nodes; 8 x 8 with the coarse level take 290 bytes.
+/// Texels along an edge of the finest level. More texels give tighter bounds and larger nodes; 8 x
+/// 8 with the coarse level take 290 bytes.
 const SIDE: usize = 8;
 /// Texels along an edge of the coarse level.
 const COARSE_SIDE: usize = 4;
@@ -45,7 +47,8 @@ impl RoundedUp {
     }
 }
 
-/// For each texel of an octahedral map of `side`² texels the maximum over itself and its eight neighbors.
+/// For each texel of an octahedral map of `side`² texels the maximum over itself and its eight
+/// neighbors.
 fn dilate<const N: usize>(values: &[f32; N], side: usize) -> [f32; N] {
     let side = side as i32;
     std::array::from_fn(|t| {
@@ -64,7 +67,8 @@ fn texel_at(uv: Vec2, side: usize) -> usize {
 }
 
 impl MaxMips {
-    /// The bounds of one light, from upper bounds of its luminance within each texel of the finest level.
+    /// The bounds of one light, from upper bounds of its luminance within each texel of the finest
+    /// level.
     pub(super) fn new(texels: [f32; TEXELS]) -> Self {
         let mut blocks = [0.0f32; COARSE_SIDE * COARSE_SIDE];
         for (t, &value) in texels.iter().enumerate() {
@@ -90,11 +94,12 @@ impl MaxMips {
         }
     }
 
-    /// Upper bounds of the summed luminance, lane by lane, with a direction for each light within the angle of `spreads` from the unit
-    /// vectors `axes`.
+    /// Upper bounds of the summed luminance, lane by lane, with a direction for each light within
+    /// the angle of `spreads` from the unit vectors `axes`.
     ///
-    /// A rotation by one radian moves a direction by at most `1/√2` of the unit square in each coordinate (measured: 0.7068 near ±x and
-    /// ±y). So a cone with half angle `√2 / side` lies within the texel of its axis and the eight neighbors.
+    /// A rotation by one radian moves a direction by at most `1/√2` of the unit square in each
+    /// coordinate (measured: 0.7068 near ±x and ±y). So a cone with half angle `√2 / side` lies
+    /// within the texel of its axis and the eight neighbors.
     #[inline(always)]
     pub(super) fn bounds(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
@@ -138,7 +143,8 @@ impl MaxMips {
         bound.min(self.overlapped(uv * SIDE as f32, reach))
     }
 
-    /// Sum over the at most four texels that overlap the square with center `at` and half edge `reach`, both in texels.
+    /// Sum over the at most four texels that overlap the square with center `at` and half edge
+    /// `reach`, both in texels.
     #[inline(always)]
     fn overlapped(&self, at: Vec2, reach: f32) -> f32 {
         let (left, right) = (floor(at.x - reach).1, floor(at.x + reach).1);
@@ -153,7 +159,8 @@ impl MaxMips {
     }
 }
 
-/// For each texel of the finest level the maximum of the bilinear function of `side`² texels with the given `values`.
+/// For each texel of the finest level the maximum of the bilinear function of `side`² texels with
+/// the given `values`.
 pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [f32; TEXELS] {
     let mut texels = [0.0f32; TEXELS];
     let values: Vec<f32> = (0..side * side).map(values).collect();
@@ -161,7 +168,8 @@ pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [
     let last = |k: usize| ((k + 1) * SIDE - 1) / side;
     for j in 0..side {
         for i in 0..side {
-            // Within this texel of the table the bilinear function is at most the maximum of the 3 x 3 texels around.
+            // Within this texel of the table the bilinear function is at most the maximum of the 3
+            // x 3 texels around.
             let around = (0..9).map(|k| {
                 let (i, j) = (i as i32 + k % 3 - 1, j as i32 + k / 3 - 1);
                 values[wrapped_texel(i, j, side as i32) as usize]
@@ -182,8 +190,8 @@ pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [
 pub(super) static TEXEL_CONES: LazyLock<[Cone; TEXELS]> = LazyLock::new(|| {
     /// Number of sample points along an edge of a texel.
     const SAMPLES: usize = 17;
-    /// Largest angle from a point of the texel to the nearest sample, in rad: half a step in both coordinates, with at most `√18`
-    /// rad per unit of the square of edge 2.
+    /// Largest angle from a point of the texel to the nearest sample, in rad: half a step in both
+    /// coordinates, with at most `√18` rad per unit of the square of edge 2.
     const SAMPLE_DISTANCE: f32 = 4.25 / (SIDE * (SAMPLES - 1)) as f32;
     std::array::from_fn(|t| {
         let corner = Vec2::new((t % SIDE) as f32, (t / SIDE) as f32);

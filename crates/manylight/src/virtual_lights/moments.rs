@@ -1,4 +1,5 @@
-//! Extent of a light: the second moment of its photons as a disc, and the points from which the light is seen.
+//! Extent of a light: the second moment of its photons as a disc, and the points from which the
+//! light is seen.
 
 use crate::math::{Frame, Vec2, Vec3};
 use crate::particles::Photon;
@@ -13,7 +14,8 @@ const STRIPS: usize = 4;
 pub struct Extent {
     /// Flux-weighted mean position; not on the surface if that is curved.
     pub centroid: Vec3,
-    /// Principal axes in the tangent plane; the length of each is the standard deviation along it, in m.
+    /// Principal axes in the tangent plane; the length of each is the standard deviation along it,
+    /// in m.
     pub axes: [Vec3; 2],
     /// Radius of the uniform disc with the same second moment, in m.
     pub radius: f32,
@@ -25,7 +27,8 @@ fn flux((photon, weight): (&Photon, f32)) -> f64 {
 }
 
 impl Extent {
-    /// The moments of photons, given with their weights, in the tangent plane with unit normal `n`. At least one must have flux.
+    /// The moments of photons, given with their weights, in the tangent plane with unit normal `n`.
+    /// At least one must have flux.
     pub fn of<'p>(photons: impl Iterator<Item = (&'p Photon, f32)> + Clone, n: Vec3) -> Self {
         let frame = Frame::from_normal(n);
         let total: f64 = photons.clone().map(flux).sum();
@@ -60,14 +63,17 @@ impl Extent {
     }
 }
 
-/// [`POINTS`] positions of photons, each drawn with probability proportional to flux, spread over the extent.
+/// [`POINTS`] positions of photons, each drawn with probability proportional to flux, spread over
+/// the extent.
 ///
-/// Strips along the major axis, traversed in alternating direction, are cut into [`POINTS`] pieces of equal flux; `u[0]` in [0, 1) places
-/// one point in each piece. `u[1]` rotates the order, so that the first point is any of them with equal probability; points `i`, `i + 4`,
-/// `i + 8` and `i + 12` lie in different strips.
+/// Strips along the major axis, traversed in alternating direction, are cut into [`POINTS`] pieces
+/// of equal flux; `u[0]` in [0, 1) places one point in each piece. `u[1]` rotates the order, so
+/// that the first point is any of them with equal probability; points `i`, `i + 4`, `i + 8` and
+/// `i + 12` lie in different strips.
 ///
-/// The expectation over `u` of a mean over the points is the flux-weighted mean over the photons, for any function. Points constructed from
-/// the moments instead may lie under a chair or behind a wall, where no photon arrives.
+/// The expectation over `u` of a mean over the points is the flux-weighted mean over the photons,
+/// for any function. Points constructed from the moments instead may lie under a chair or behind a
+/// wall, where no photon arrives.
 pub fn spread_points<'p>(
     photons: impl Iterator<Item = (&'p Photon, f32)>,
     extent: &Extent,

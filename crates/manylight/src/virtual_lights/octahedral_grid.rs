@@ -1,4 +1,5 @@
-//! The octahedral grid of all tables of one size: texel directions, solid angles, and integrals of bilinear functions.
+//! The octahedral grid of all tables of one size: texel directions, solid angles, and integrals of
+//! bilinear functions.
 
 use super::table_lookup::bilinear;
 use crate::color::Rgb;
@@ -8,7 +9,8 @@ use crate::math::octahedral::{
 use crate::math::{Vec2, Vec3};
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Number of sub-samples along an edge of a texel in integrals cut at the horizon. The integral then is exact to about 1e-4 (see the tests).
+/// Number of sub-samples along an edge of a texel in integrals cut at the horizon. The integral
+/// then is exact to about 1e-4 (see the tests).
 const FINE: usize = 6;
 /// Number of sub-samples along an edge of a texel in the mean of narrow lobes.
 const COARSE: usize = 2;
@@ -119,8 +121,8 @@ impl Grid {
         (0..COARSE * COARSE).map(move |s| (samples.direction(s), samples.solid_angle[s] / total))
     }
 
-    /// Integral of the bilinear function over the sphere, or above the horizon of the unit normal `n`: that of all hats minus the part below
-    /// the horizon.
+    /// Integral of the bilinear function over the sphere, or above the horizon of the unit normal
+    /// `n`: that of all hats minus the part below the horizon.
     pub(super) fn integral(&self, texels: &[Rgb], n: Option<Vec3>) -> Rgb {
         let mut sum = [0.0f64; 3];
         for (texel, &hat) in texels.iter().zip(&self.hats) {
@@ -142,7 +144,8 @@ impl Grid {
     }
 }
 
-/// Integral below the horizon of `n` of the bilinear function of `texels`, of which those with centers below the horizon are black.
+/// Integral below the horizon of `n` of the bilinear function of `texels`, of which those with
+/// centers below the horizon are black.
 struct BelowHorizon<'a> {
     grid: &'a Grid,
     texels: &'a [Rgb],
@@ -156,8 +159,8 @@ impl SimdKernel for BelowHorizon<'_> {
     fn run<S: Simd>(self, _s: S) -> [f64; 3] {
         let BelowHorizon { grid, texels, n } = self;
         let side = grid.side as i32;
-        // Only texels that extend below the horizon and have a neighbor with its center above: a texel measures at most 4.3 / side rad from
-        // center to corner.
+        // Only texels that extend below the horizon and have a neighbor with its center above: a
+        // texel measures at most 4.3 / side rad from center to corner.
         let (above, below) = (4.5 / side as f32, -9.5 / side as f32);
         let mut sum = [0.0f64; 3];
         for (t, center) in grid.centers.iter().enumerate() {
@@ -178,7 +181,8 @@ impl SimdKernel for BelowHorizon<'_> {
     }
 }
 
-/// Solid angle, in sr, of a texel below the horizon of `n`, divided among the 3 x 3 texels around it by their bilinear weights.
+/// Solid angle, in sr, of a texel below the horizon of `n`, divided among the 3 x 3 texels around
+/// it by their bilinear weights.
 #[inline(always)]
 fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
     let mut below = [0.0; FINE * FINE];
@@ -203,7 +207,8 @@ fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32
     })
 }
 
-/// Bilinear weights, along one axis, of the previous, the own and the next texel at each sub-sample.
+/// Bilinear weights, along one axis, of the previous, the own and the next texel at each
+/// sub-sample.
 const HATS: [[f32; FINE]; 3] = hats();
 
 const fn hats() -> [[f32; FINE]; 3] {

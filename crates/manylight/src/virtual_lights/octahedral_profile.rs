@@ -1,7 +1,8 @@
 //! Glossy form 1: radiant intensity of a light in an octahedral table, cosine included.
 //!
-//! The lobes of the paths are evaluated on the grid, each about its own normal. Then the table is scaled per channel so that the integral
-//! of its bilinear interpolation, over the domain of emission, is the flux scattered by the paths.
+//! The lobes of the paths are evaluated on the grid, each about its own normal. Then the table is
+//! scaled per channel so that the integral of its bilinear interpolation, over the domain of
+//! emission, is the flux scattered by the paths.
 
 use super::octahedral_grid::Grid;
 use super::reflection::{EmissionDomain, Reflection};
@@ -44,8 +45,9 @@ impl Block {
 }
 
 impl Grid {
-    /// The texels of the table of `paths`, in W/sr, and the flux of the table, in W, which is `target` unless no texel or sample has found
-    /// the lobes. `width` is the smallest roughness of the lobes.
+    /// The texels of the table of `paths`, in W/sr, and the flux of the table, in W, which is
+    /// `target` unless no texel or sample has found the lobes. `width` is the smallest roughness of
+    /// the lobes.
     pub(super) fn fill(
         &self,
         paths: &[Reflection],
@@ -71,7 +73,8 @@ impl Grid {
         (texels, flux * scale)
     }
 
-    /// Adds the intensity of the paths: first one value for each block of 2 x 2 texels, then the separate texels of bright blocks.
+    /// Adds the intensity of the paths: first one value for each block of 2 x 2 texels, then the
+    /// separate texels of bright blocks.
     fn evaluate(
         &self,
         paths: &[Reflection],
@@ -131,7 +134,8 @@ impl Grid {
         }
     }
 
-    /// The blocks of 2 x 2 texels that have texel centers in `domain`, and for each the direction, unit, to the middle of these centers.
+    /// The blocks of 2 x 2 texels that have texel centers in `domain`, and for each the direction,
+    /// unit, to the middle of these centers.
     fn blocks_inside(&self, domain: EmissionDomain) -> (Vec<Block>, Vec<Vec3>) {
         let (mut blocks, mut middles) = (Vec::new(), Vec::new());
         for corner in self.blocks() {
@@ -163,8 +167,8 @@ impl Grid {
     }
 }
 
-/// Factor per channel from the flux of a table to `target`; `None` if the luminances differ by more than [`MAX_CORRECTION`] or a channel
-/// is black that should not be.
+/// Factor per channel from the flux of a table to `target`; `None` if the luminances differ by more
+/// than [`MAX_CORRECTION`] or a channel is black that should not be.
 fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
     let ratio = |target: f32, flux: f32| match (target > 0.0, flux > 0.0) {
         (true, true) => target / flux,

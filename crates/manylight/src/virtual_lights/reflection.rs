@@ -1,4 +1,5 @@
-//! One reflected light path, and directions sampled from its glossy lobes: the input of all glossy forms.
+//! One reflected light path, and directions sampled from its glossy lobes: the input of all glossy
+//! forms.
 
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::color::Rgb;
@@ -10,8 +11,8 @@ use crate::sampling::rng::Pcg;
 const FLUX_SAMPLES: u32 = 256;
 /// Smallest number of such directions for each path.
 const MIN_FLUX_SAMPLES: u32 = 16;
-/// Sine of the largest depth below the horizon at which a sampled direction counts as reflected about a tilted shading normal, not as
-/// transmitted.
+/// Sine of the largest depth below the horizon at which a sampled direction counts as reflected
+/// about a tilted shading normal, not as transmitted.
 const MAX_REFLECTION_DEPTH: f32 = 0.5;
 /// Steps of an additive recurrence in three dimensions.
 /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
@@ -37,8 +38,9 @@ impl Reflection<'_> {
         self.bsdf.f_cos_wo(self.wi, w, Lobes::NON_SPECULAR) * self.flux
     }
 
-    /// Direction `i` of the sequence that begins at `shift`, sampled from the glossy lobes, with its flux in W and the relative index of
-    /// refraction of the event; `None` if no direction is sampled.
+    /// Direction `i` of the sequence that begins at `shift`, sampled from the glossy lobes, with
+    /// its flux in W and the relative index of refraction of the event; `None` if no direction is
+    /// sampled.
     fn sample_glossy(&self, shift: [f32; 3], i: u32) -> Option<(Vec3, Rgb, f32)> {
         let u: [f32; 3] =
             std::array::from_fn(|c| (shift[c] + STEPS[c] * i as f32).fract().min(LARGEST));
@@ -50,7 +52,8 @@ impl Reflection<'_> {
         Some((sample.w, self.flux * sample.weight, sample.eta))
     }
 
-    /// Samples `count` directions from the glossy lobes: calls `visit` with each, its flux in W, and the relative index of refraction.
+    /// Samples `count` directions from the glossy lobes: calls `visit` with each, its flux in W,
+    /// and the relative index of refraction.
     pub(super) fn scatter(&self, count: u32, rng: &mut Pcg, mut visit: impl FnMut(Vec3, Rgb, f32)) {
         let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
         for i in 1..=count {
@@ -61,8 +64,9 @@ impl Reflection<'_> {
     }
 }
 
-/// Samples at least `count` directions from the glossy lobes of all `paths`, each path equally often: calls `visit` with each and its flux in
-/// W. One low-discrepancy sequence serves all paths, so that the directions of similar paths are stratified together.
+/// Samples at least `count` directions from the glossy lobes of all `paths`, each path equally
+/// often: calls `visit` with each and its flux in W. One low-discrepancy sequence serves all paths,
+/// so that the directions of similar paths are stratified together.
 pub(super) fn scatter_all(
     paths: &[Reflection],
     count: u32,
@@ -106,8 +110,8 @@ impl EmissionDomain {
     }
 }
 
-/// The domain of the glossy emission of `paths` on a surface with unit normal `n`, and the flux scattered into it, in W: Monte Carlo
-/// estimates from directions sampled from the lobes.
+/// The domain of the glossy emission of `paths` on a surface with unit normal `n`, and the flux
+/// scattered into it, in W: Monte Carlo estimates from directions sampled from the lobes.
 pub(super) fn scattered_flux(
     paths: &[Reflection],
     n: Vec3,

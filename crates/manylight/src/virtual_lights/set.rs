@@ -45,7 +45,8 @@ impl<'s> VirtualLights<'s> {
         &self.reflections[index as usize]
     }
 
-    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in W/sr.
+    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in
+    /// W/sr.
     #[inline]
     pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
         match RichEmission::of(self, &self.lights[id.index()]) {
@@ -60,14 +61,16 @@ impl<'s> VirtualLights<'s> {
         self.profiles.get(index)
     }
 
-    /// Fraction of the flux of light `id` that arrived over at most `depth` segments, in [0, 1]. Only distinguished in scenes that limit
-    /// paths to at most 16 segments; otherwise, and for greater depths, 1.
+    /// Fraction of the flux of light `id` that arrived over at most `depth` segments, in [0, 1].
+    /// Only distinguished in scenes that limit paths to at most 16 segments; otherwise, and for
+    /// greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
         self.depths.up_to(id, depth)
     }
 
-    /// Surface that the light of a single photon at `p` would represent, in m², for a photon that is assigned to no light.
+    /// Surface that the light of a single photon at `p` would represent, in m², for a photon that
+    /// is assigned to no light.
     pub fn unassigned_area(&self, p: Vec3) -> f32 {
         self.areas.unassigned(p)
     }
@@ -90,7 +93,8 @@ impl<'s> VirtualLights<'s> {
         &self.profile_flux
     }
 
-    /// Expected bytes per light, if a fraction `glossy` of the lights has a profile of `form`, or without a form is a single light path.
+    /// Expected bytes per light, if a fraction `glossy` of the lights has a profile of `form`, or
+    /// without a form is a single light path.
     pub fn bytes_per_light(form: Option<GlossyForm>, glossy: f64, limits: PathLimits) -> f64 {
         let depths = if limits.max_depth.is_some() {
             DepthFractions::BYTES_PER_LIGHT

@@ -5,7 +5,8 @@ use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width};
 use crate::math::Vec3;
 
 impl OctahedralTable<'_> {
-    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes hold any value.
+    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes
+    /// hold any value.
     #[inline(always)]
     pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
         let corners = TexelCorners::of(w, self.side as f32, active);
@@ -17,9 +18,9 @@ impl OctahedralTable<'_> {
     }
 }
 
-/// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit vector `w` in a table of
-/// `side`² texels, with texel centers at `(i + 1/2) / side`. It wraps over the edges of the map, so that the interpolant is
-/// continuous.
+/// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit
+/// vector `w` in a table of `side`² texels, with texel centers at `(i + 1/2) / side`. It wraps over
+/// the edges of the map, so that the interpolant is continuous.
 #[inline]
 pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
     let corners = TexelCorners::<One>::of(w.into(), side as f32, Mask::splat(One, true));
@@ -29,7 +30,8 @@ pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
     })
 }
 
-/// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any value.
+/// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any
+/// value.
 struct TexelCorners<S: Width> {
     texels: [S::Each<u32>; 4],
     weights: [Float<S>; 4],
@@ -95,7 +97,8 @@ fn square_from_directions<S: Width>(w: Vector<S>) -> Pair<S> {
     Pair::new(x * 0.5 + 0.5, y * 0.5 + 0.5)
 }
 
-/// Row and column of texels with both from -1 to `side`; see [`wrapped_texel`](crate::math::octahedral::wrapped_texel).
+/// Row and column of texels with both from -1 to `side`; see
+/// [`wrapped_texel`](crate::math::octahedral::wrapped_texel).
 #[inline(always)]
 fn wrapped_texels<S: Width>(
     (row, column): (Float<S>, Float<S>),

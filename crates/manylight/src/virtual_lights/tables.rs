@@ -24,7 +24,8 @@ impl TableStorage {
         }
     }
 
-    /// The texels of a table on `grid` in this format, with the scale that keeps their sum weighted by the hat functions.
+    /// The texels of a table on `grid` in this format, with the scale that keeps their sum weighted
+    /// by the hat functions.
     pub(super) fn pack(self, texels: &[Rgb], grid: &Grid) -> PackedTable {
         match self {
             TableStorage::Float => pack::<Rgb>(texels, &grid.hats),
@@ -45,7 +46,8 @@ pub(crate) trait Texel: Pod {
     }
 }
 
-/// Value to which the brightest texel of a table is scaled: close to the largest number of [`SharedExponent`].
+/// Value to which the brightest texel of a table is scaled: close to the largest number of
+/// [`SharedExponent`].
 const BRIGHTEST: f32 = 32_768.0;
 
 impl Texel for Rgb {
@@ -59,8 +61,9 @@ impl Texel for Rgb {
     }
 }
 
-/// Three non-negative numbers: mantissas of 9 bits with a shared exponent of 5 bits. The error of a channel is at most 1/512 of the
-/// largest channel. Source: the OpenGL extension EXT_texture_shared_exponent.
+/// Three non-negative numbers: mantissas of 9 bits with a shared exponent of 5 bits. The error of a
+/// channel is at most 1/512 of the largest channel. Source: the OpenGL extension
+/// EXT_texture_shared_exponent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct SharedExponent(u32);
@@ -199,7 +202,8 @@ impl OctahedralTables {
     }
 }
 
-/// Rounds the texels to the format `T`, with a scale per channel that keeps their sum weighted by `weights`.
+/// Rounds the texels to the format `T`, with a scale per channel that keeps their sum weighted by
+/// `weights`.
 fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
     let brightest = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
     let unit = if brightest > 0.0 {

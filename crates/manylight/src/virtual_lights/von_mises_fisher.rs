@@ -1,7 +1,8 @@
-//! Von Mises-Fisher lobes `peak · exp(κ (μ·w - 1))` with unit axis `μ` and concentration `κ`, their integrals, and stored mixtures.
+//! Von Mises-Fisher lobes `peak · exp(κ (μ·w - 1))` with unit axis `μ` and concentration `κ`, their
+//! integrals, and stored mixtures.
 //!
-//! A light on a surface emits above its horizon only, so the flux of a lobe is its integral over a hemisphere: the integral over the
-//! sphere times the fraction of the lobe above a plane.
+//! A light on a surface emits above its horizon only, so the flux of a lobe is its integral over a
+//! hemisphere: the integral over the sphere times the fraction of the lobe above a plane.
 
 use crate::color::Rgb;
 use crate::lanes::{Color, Vector, Width};
@@ -28,10 +29,12 @@ const GAUSS_LEGENDRE: [(f64, f64); 8] = [
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_1),
 ];
 
-/// Distance from the axis, in standard deviations `1/√κ`, beyond which a lobe is taken as 0: the density there is e^-21 of the peak.
+/// Distance from the axis, in standard deviations `1/√κ`, beyond which a lobe is taken as 0: the
+/// density there is e^-21 of the peak.
 const CUTOFF: f64 = 6.5;
 
-/// Fraction of a lobe with concentration `kappa` > 0 above a plane, for the cosine `cos` between the axis and the normal of the plane.
+/// Fraction of a lobe with concentration `kappa` > 0 above a plane, for the cosine `cos` between
+/// the axis and the normal of the plane.
 ///
 /// With the axis at elevation `α`, the fraction is
 ///
@@ -39,9 +42,9 @@ const CUTOFF: f64 = 6.5;
 /// 1/2 + 2π / solid_angle(κ) ∫₀^α e^-κ I₁(κ cos α') dα'
 /// ```
 ///
-/// Derivation: as the axis rises by `dα`, the horizon sweeps a lune of width `|cos φ| dα`, in which the lobe is
-/// `exp(κ (cos α cos φ - 1))`; the integral along the horizon is the Bessel function. The integrand is close to a Gaussian of
-/// width `1/√κ`.
+/// Derivation: as the axis rises by `dα`, the horizon sweeps a lune of width `|cos φ| dα`, in which
+/// the lobe is `exp(κ (cos α cos φ - 1))`; the integral along the horizon is the Bessel function.
+/// The integrand is close to a Gaussian of width `1/√κ`.
 pub(super) fn fraction_above(kappa: f64, cos: f64) -> f64 {
     let elevation = FRAC_PI_2 - cos.abs().min(1.0).acos();
     let half = 0.5 * elevation.min(CUTOFF / kappa.sqrt());
@@ -53,7 +56,8 @@ pub(super) fn fraction_above(kappa: f64, cos: f64) -> f64 {
     0.5 + (half * sum).min(0.5).copysign(cos)
 }
 
-/// Derivative of [`fraction_above`] by the elevation of the axis, per radian, at the angle `elevation` between axis and plane.
+/// Derivative of [`fraction_above`] by the elevation of the axis, per radian, at the angle
+/// `elevation` between axis and plane.
 fn fraction_derivative(kappa: f64, elevation: f64) -> f64 {
     let (sin, cos) = (0.5 * elevation).sin_cos();
     // 1 - cos(elevation), without cancellation.
@@ -62,9 +66,11 @@ fn fraction_derivative(kappa: f64, elevation: f64) -> f64 {
     TAU / solid_angle(kappa) * horizon
 }
 
-/// Fraction of a lobe below the plane with unit normal `n`, and the integral of the direction over that part of the normalized lobe.
+/// Fraction of a lobe below the plane with unit normal `n`, and the integral of the direction over
+/// that part of the normalized lobe.
 ///
-/// The latter follows from a derivative: the gradient by `κ μ` of the integral of `exp(κ μ·w)` is the integral of `w exp(κ μ·w)`.
+/// The latter follows from a derivative: the gradient by `κ μ` of the integral of `exp(κ μ·w)` is
+/// the integral of `w exp(κ μ·w)`.
 pub(super) fn part_below(axis: Vec3, kappa: f64, n: Vec3) -> (f64, Vec3) {
     let sin = f64::from(axis.dot(n).clamp(-1.0, 1.0));
     let elevation = sin.asin();
@@ -117,7 +123,8 @@ fn bessel_i1_scaled(x: f64) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct VmfLobe {
-    /// Position of the axis on the octahedral map, in units of 1/65535 of its edge: exact to 8e-5 rad.
+    /// Position of the axis on the octahedral map, in units of 1/65535 of its edge: exact to 8e-5
+    /// rad.
     axis: [u16; 2],
     /// `κ`.
     kappa: f32,
@@ -182,8 +189,8 @@ pub(crate) struct VmfMixture<'a> {
 }
 
 impl VmfMixture<'_> {
-    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon. Computes `1 - μ·w` as `|w - μ|²/2`, without
-    /// cancellation near the axis.
+    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon. Computes
+    /// `1 - μ·w` as `|w - μ|²/2`, without cancellation near the axis.
     #[inline(always)]
     pub(super) fn lookup<S: Width>(&self, w: Vector<S>) -> Color<S> {
         let s = w.z.width();
@@ -252,7 +259,8 @@ mod tests {
     use crate::math::{Frame, Vec2};
     use crate::sampling::warp::von_mises_fisher;
 
-    /// Quadrature over rings around the axis, with the fraction of each ring above the plane in closed form.
+    /// Quadrature over rings around the axis, with the fraction of each ring above the plane in
+    /// closed form.
     fn fraction_by_rings(kappa: f64, cos: f64) -> f64 {
         let sin = (1.0 - cos * cos).sqrt();
         let count = 400_000;

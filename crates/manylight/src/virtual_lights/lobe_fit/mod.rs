@@ -1,12 +1,14 @@
-//! Glossy form 2: a mixture of von Mises-Fisher lobes, fitted to weighted directions by expectation maximization.
+//! Glossy form 2: a mixture of von Mises-Fisher lobes, fitted to weighted directions by expectation
+//! maximization.
 //!
-//! Directions are sampled from the lobes of the paths; 512 of them describe a lobe about as well as a table of 32 x 32 texels, without its
-//! blur.
+//! Directions are sampled from the lobes of the paths; 512 of them describe a lobe about as well as
+//! a table of 32 x 32 texels, without its blur.
 //!
-//! Source: Banerjee, Dhillon, Ghosh, Sra, "Clustering on the Unit Hypersphere using von Mises-Fisher Distributions", 2005; here with sample
-//! weights, an initialization by k-means++ (Arthur, Vassilvitskii, 2007), a prior that widens lobes of few samples, and with the part of
-//! each lobe below the horizon as missing data. Without the latter, lobes near the horizon come out too narrow, as emission is cut at
-//! the horizon a second time.
+//! Source: Banerjee, Dhillon, Ghosh, Sra, "Clustering on the Unit Hypersphere using von
+//! Mises-Fisher Distributions", 2005; here with sample weights, an initialization by k-means++
+//! (Arthur, Vassilvitskii, 2007), a prior that widens lobes of few samples, and with the part of
+//! each lobe below the horizon as missing data. Without the latter, lobes near the horizon come out
+//! too narrow, as emission is cut at the horizon a second time.
 
 #[cfg(test)]
 mod tests;
@@ -23,7 +25,8 @@ use crate::simd::{Isa, Simd, SimdKernel};
 pub(super) const MAX_LOBES: usize = 8;
 /// Number of directions sampled for a fit.
 const SAMPLES: u32 = 512;
-/// Largest number of steps of expectation and maximization. Trades time for convergence; not tuned by a measurement.
+/// Largest number of steps of expectation and maximization. Trades time for convergence; not tuned
+/// by a measurement.
 const MAX_STEPS: usize = 40;
 /// Change per step below which the fit has converged: absolute for mixture weights, relative for concentrations. Unmeasured.
 const CONVERGENCE: f32 = 0.01;
@@ -31,15 +34,17 @@ const CONVERGENCE: f32 = 0.01;
 const PRIOR: f32 = 0.1;
 /// Smallest mixture weight in the expectation step, so that no lobe loses all of its samples. Unmeasured.
 const MIN_WEIGHT: f32 = 1e-3;
-/// Largest concentration times the square of the roughness. A reflected lobe has about 1 at its peak, and more at grazing angles.
+/// Largest concentration times the square of the roughness. A reflected lobe has about 1 at its
+/// peak, and more at grazing angles.
 const MAX_KAPPA_ALPHA2: f32 = 4.0;
 /// Smallest concentration: an almost uniform lobe.
 const MIN_KAPPA: f32 = 1e-2;
 /// Smallest exponent of a density in the expectation step, so that no density vanishes.
 const LOWEST_EXPONENT: f32 = -60.0;
 
-/// A mixture of at most `count` lobes with the shape of what `paths` scatter into `domain`, scaled per channel to the flux `target`; and the flux
-/// that it holds there, both in W. `width` is the smallest roughness of the paths' lobes.
+/// A mixture of at most `count` lobes with the shape of what `paths` scatter into `domain`, scaled
+/// per channel to the flux `target`; and the flux that it holds there, both in W. `width` is the
+/// smallest roughness of the paths' lobes.
 pub(super) fn fit_mixture(
     count: usize,
     paths: &[Reflection],
@@ -76,7 +81,8 @@ struct Component {
     kappa: f32,
     /// Flux of the samples, weighted by the responsibility of this component.
     flux: Rgb,
-    /// Mixture weight: luminance of `flux` and of the missing part below the horizon, relative to all samples.
+    /// Mixture weight: luminance of `flux` and of the missing part below the horizon, relative to
+    /// all samples.
     weight: f32,
 }
 
@@ -101,8 +107,8 @@ struct WeightedDirections {
 }
 
 impl WeightedDirections {
-    /// Fits at most `count` lobes to the samples, of which those below the horizon of `n` are missing. Concentrations are at most
-    /// `max_kappa`. Empty if no sample has flux.
+    /// Fits at most `count` lobes to the samples, of which those below the horizon of `n` are
+    /// missing. Concentrations are at most `max_kappa`. Empty if no sample has flux.
     fn fit(&self, count: usize, max_kappa: f32, n: Option<Vec3>, rng: &mut Pcg) -> Vec<Component> {
         let total: f32 = self.all.iter().map(|(_, flux)| flux.luminance()).sum();
         if total.is_nan() || total <= 0.0 {
@@ -128,7 +134,8 @@ impl WeightedDirections {
         components
     }
 
-    /// Directions and fluxes times `scale` in groups of [`LANES`], the last one filled with black samples.
+    /// Directions and fluxes times `scale` in groups of [`LANES`], the last one filled with black
+    /// samples.
     fn in_lanes(&self, scale: f32) -> Vec<[Lanes3; 2]> {
         let group = |chunk: &[(Vec3, Rgb)]| {
             let mut lanes = [Lanes3::ZERO; 2];
@@ -142,7 +149,8 @@ impl WeightedDirections {
         self.all.chunks(LANES).map(group).collect()
     }
 
-    /// Initial lobes by k-means++: axes are samples drawn in proportion to luminance times the squared distance to the nearest previous axis.
+    /// Initial lobes by k-means++: axes are samples drawn in proportion to luminance times the
+    /// squared distance to the nearest previous axis.
     fn initial_components(&self, count: usize, max_kappa: f32, rng: &mut Pcg) -> Vec<Component> {
         let mut weights: Vec<f32> = self.all.iter().map(|(_, flux)| flux.luminance()).collect();
         let total: f32 = weights.iter().sum();
@@ -175,7 +183,8 @@ impl WeightedDirections {
     }
 }
 
-/// The index at which the cumulative sum of `weights` exceeds the fraction `u` in [0, 1) of the total; `None` if all are 0.
+/// The index at which the cumulative sum of `weights` exceeds the fraction `u` in [0, 1) of the
+/// total; `None` if all are 0.
 fn choose(weights: &[f32], u: f32) -> Option<usize> {
     let end = u * weights.iter().sum::<f32>();
     let mut sum = 0.0;
@@ -190,7 +199,8 @@ fn choose(weights: &[f32], u: f32) -> Option<usize> {
     last
 }
 
-/// One step of expectation (responsibilities by densities) and maximization: with the resultant vector `r` and weight `s` of a component,
+/// One step of expectation (responsibilities by densities) and maximization: with the resultant
+/// vector `r` and weight `s` of a component,
 ///
 /// ```text
 /// μ = r / |r|,   r̄ = |r| / (s + prior),   κ = r̄ (3 - r̄²) / (1 - r̄²)
@@ -206,7 +216,8 @@ fn em_step(
         samples,
         components,
     });
-    // Missing data: the part of each lobe below the horizon, in proportion to the observed part above.
+    // Missing data: the part of each lobe below the horizon, in proportion to the observed part
+    // above.
     let below: Vec<(f32, Vec3)> = components
         .iter()
         .map(|c| n.map_or((0.0, Vec3::ZERO), |n| c.below(n)))
@@ -237,14 +248,15 @@ fn em_step(
         .collect()
 }
 
-/// `axis`, or the nearest direction on the horizon of `n` if it is below: the tail of a lobe far below the horizon would have to hold all flux.
+/// `axis`, or the nearest direction on the horizon of `n` if it is below: the tail of a lobe far
+/// below the horizon would have to hold all flux.
 fn raised(axis: Vec3, n: Vec3) -> Vec3 {
     let depth = axis.dot(n).min(0.0);
     (axis - n * depth).try_normalize().unwrap_or(n)
 }
 
-/// Expectation step. For each component, sums over the samples weighted by its responsibility: direction times luminance (3 numbers), and
-/// flux (3 numbers).
+/// Expectation step. For each component, sums over the samples weighted by its responsibility:
+/// direction times luminance (3 numbers), and flux (3 numbers).
 struct ResponsibilitySums<'a> {
     samples: &'a [[Lanes3; 2]],
     components: &'a [Component],

@@ -65,7 +65,8 @@ impl<S: Width> PrincipledFront<S> {
             & self.layered.equals(0.0))
     }
 
-    /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least `least`.
+    /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least
+    /// `least`.
     #[inline(always)]
     pub(in crate::bsdf) fn interface_reflectance(&self, cos: Float<S>, least: f32) -> Color<S> {
         let (r, s) = self.fresnel_terms(cos);
@@ -94,7 +95,8 @@ impl<S: Width> PrincipledFront<S> {
         self.clearcoat * clearcoat_fresnel(schlick_weight(cos))
     }
 
-    /// `f |wi·n|` for local directions above the surface. `EXTRAS` is [`PrincipledFront::has_extras`], `seen` is [`Microfacets::seen`] of `wo`.
+    /// `f |wi·n|` for local directions above the surface. `EXTRAS` is
+    /// [`PrincipledFront::has_extras`], `seen` is [`Microfacets::seen`] of `wo`.
     #[inline(always)]
     pub(in crate::bsdf) fn eval<const EXTRAS: bool>(
         &self,
@@ -152,8 +154,8 @@ impl<S: Width> PrincipledFront<S> {
         self.clearcoat * f * gtr1(self.clearcoat_excess, self.clearcoat_norm, cos_m) * masking
     }
 
-    /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`. `r` is the reflectance of the plain
-    /// dielectric.
+    /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`.
+    /// `r` is the reflectance of the plain dielectric.
     #[inline(always)]
     fn diffuse<const EXTRAS: bool>(
         &self,
@@ -209,7 +211,8 @@ impl<S: Width> PrincipledFront<S> {
         }
     }
 
-    /// The front times `weight`, with the `facets` of its main interface, for a local `wo` above the surface.
+    /// The front times `weight`, with the `facets` of its main interface, for a local `wo` above
+    /// the surface.
     #[inline(always)]
     pub(super) fn with_wo(
         self,
