@@ -393,17 +393,17 @@ impl Directed<'_> {
     }
 }
 
-impl Bsdf<'_> {
+impl FixedWoLanes<'_, '_> {
     /// Replaces the contents of `out` by [`Bsdf::f_cos_wi`] for each of the unit directions `wi`,
     /// for the `NON_SPECULAR` ones of `lobes`.
-    pub fn f_cos_each_wi(&self, wi: &[Vec3], wo: Vec3, lobes: Lobes, out: &mut Vec<Rgb>) {
+    pub fn f_cos_each_wi(bsdf: &Bsdf, wi: &[Vec3], wo: Vec3, lobes: Lobes, out: &mut Vec<Rgb>) {
         out.clear();
-        if LaneModel::of(self) == LaneModel::Any || wi.len() < FEWEST_IN_LANES {
-            let function = FixedWo::new(self, wo, lobes.and(Lobes::NON_SPECULAR));
+        if LaneModel::of(bsdf) == LaneModel::Any || wi.len() < FEWEST_IN_LANES {
+            let function = FixedWo::new(bsdf, wo, lobes.and(Lobes::NON_SPECULAR));
             out.extend(wi.iter().map(|&wi| function.f_cos_wi(wi)));
             return;
         }
-        let functions = FixedWoLanes::alike(lobes, self, wo);
+        let functions = FixedWoLanes::alike(lobes, bsdf, wo);
         Isa::best().run(EachInLanes(&functions, wi, out));
     }
 }

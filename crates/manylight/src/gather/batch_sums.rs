@@ -1,12 +1,14 @@
 //! Sums of the connections of up to 64 points, sixteen at a time, with one light after the other:
 //! the innermost loop of all methods.
 
-use super::connect::{ConnectedLight, Connection};
+use super::connect::Connection;
 use super::light_points::{LightPoint, point_counts, point_of_disc, whole_light};
-use super::points::{BATCHES, Batch, BatchReceivers};
+use super::points::{BATCHES, Batch};
+use super::receivers::{BatchReceivers, ConnectedLight};
 use super::roulette::Roulette;
 use super::shadow_block::ShadowBlock;
-use super::sphere::{LightLobe, SphereSamples, sphere_radius};
+use super::sphere::sphere_radius;
+use super::sphere_samples::{LightLobe, SphereSamples};
 use super::{Gather, Gathered, Kernel, LightIndex};
 use crate::color::Rgb;
 use crate::ids::LightId;

@@ -5,54 +5,11 @@
 
 use super::clamping::ClampedConnection;
 use super::light_points::LightPoint;
-use super::sphere::{LightLobe, SphereSamples, integrate};
-use super::{Gather, Subset};
-use crate::ids::LightId;
+use super::receivers::{ConnectedLight, Direction, Receivers};
+use super::sphere::integrate;
+use super::{Gather, Strategy, Subset};
 use crate::lanes::{Color, Float, Mask, Vector, Width};
-use crate::math::Vec3;
-use crate::virtual_lights::{RadiantIntensity, VirtualLight, VirtualLights};
-
-/// The point `x` of a connection in each lane.
-pub(super) trait Receivers<S: Width> {
-    /// The vectors from the points to `p`, in m.
-    fn towards(&self, p: Vec3) -> Vector<S>;
-    /// Geometric normals.
-    fn normals(&self) -> Vector<S>;
-    /// The lights that are summed at all points.
-    fn lights(&self) -> Subset;
-    /// `f cosθ` of the non-specular lobes for unit directions, in 1/sr; inactive lanes hold any
-    /// value.
-    fn f_cos_wi(&self, wi: Vector<S>, active: Mask<S>) -> Color<S>;
-    /// Where light from the unit directions `wi` counts; see
-    /// [`ShadingPoint::lit_from`](super::ShadingPoint::lit_from).
-    fn count_light_from(&self, wi: Vector<S>) -> Mask<S>;
-    /// The fraction of the flux of light `id` that fits the path limits.
-    fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<S>;
-    /// For lights as spheres.
-    fn sphere_samples(&self) -> Option<&SphereSamples<S>>;
-}
-
-/// The light of a connection.
-pub(super) struct ConnectedLight<'f, 's, E> {
-    pub(super) lights: &'f VirtualLights<'s>,
-    pub(super) id: LightId,
-    pub(super) light: &'f VirtualLight<'s>,
-    pub(super) emission: E,
-    /// Radius as a sphere, in m.
-    pub(super) radius: f32,
-    /// The glossy lobe of a light of one photon, for sampling directions to a sphere.
-    pub(super) lobe: Option<LightLobe>,
-}
-
-/// Where points and a part of a light see each other.
-#[derive(Clone, Copy)]
-pub(super) struct Direction<S: Width> {
-    /// Unit directions to the light.
-    pub(super) wi: Vector<S>,
-    /// Inverse of the squared distances, in 1/m².
-    pub(super) inv_d2: Float<S>,
-    pub(super) active: Mask<S>,
-}
+use crate::virtual_lights::RadiantIntensity;
 
 /// A connection in each lane. All values are unspecified in lanes that are not lit.
 #[derive(Clone, Copy)]
@@ -119,6 +76,25 @@ impl Gather {
             weight,
             lit: at.active & is_lit(unclamped * weight),
         }
+    }
+
+    /// Factor on each evaluated light: the number of lights that it represents.
+    #[inline(always)]
+    pub(super) fn lights_per_term(&self, lights: Subset) -> f32 {
+        match self.strategy {
+            Strategy::All => lights.lights_per_member(),
+            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
+        }
+    }
+
+    /// Factor on the area that a light represents, as clamping and spheres see it.
+    #[inline(always)]
+    pub(super) fn area_factor(&self, lights: Subset) -> f32 {
+        let factor = match self.strategy {
+            Strategy::All => lights.area_factor(),
+            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
+        };
+        factor / self.refinement
     }
 
     /// `f cosθ I / d²` of a point light, and the clamping weight `w_c`.

@@ -9,7 +9,7 @@
 use super::batch_sums::BatchSums;
 use super::occlusion::Occluders;
 use super::points::{BATCHES, Batch};
-use super::{Gather, Gathered, LightIndex};
+use super::{CutLimits, Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::lanes::{Float, LANES, Lanes, Lanes3, Sixteen, lanes_of};
 use crate::light_tree::{DrawnLight, LightTree, Receiver, ReflectedBounds};
@@ -17,26 +17,6 @@ use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
-
-/// When the refinement of a cut ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutLimits {
-    /// Largest error of a cluster, relative to the radiance that the point reflects, or that the
-    /// pixel receives.
-    pub max_error: f32,
-    /// Most lights and clusters of a cut, whatever their error.
-    pub max_lights: u32,
-}
-
-impl Default for CutLimits {
-    /// The values of Walter et al. 2005.
-    fn default() -> Self {
-        CutLimits {
-            max_error: 0.02,
-            max_lights: 1000,
-        }
-    }
-}
 
 /// Clusters that are refined in a round, at least. Unmeasured: as many representatives as a block of shadow rays holds.
 const ROUND: usize = 64;

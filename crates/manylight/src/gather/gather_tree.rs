@@ -3,8 +3,8 @@
 //!
 //! Source: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006.
 
-use super::connect::Receivers;
-use super::sphere::SphereSamples;
+use super::receivers::Receivers;
+use super::sphere_samples::SphereSamples;
 use super::{ShadingPoint, Subset, WeightedPoint};
 use crate::bsdf::{FixedWo, LaneModel, Lobes};
 use crate::color::Rgb;

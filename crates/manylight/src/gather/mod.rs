@@ -22,17 +22,20 @@ mod points;
 mod product_cut;
 #[cfg(test)]
 mod product_tests;
+mod receivers;
 mod roulette;
+mod settings;
 mod shading_point;
 mod shadow_block;
 mod sphere;
+mod sphere_samples;
 mod subset;
 #[cfg(test)]
 mod tests;
 
 pub use clamping::{Clamp, ClampReceiver};
-pub use cut::CutLimits;
 pub use light_index::{Assignment, LightIndex};
+pub use settings::{CutLimits, Gather, Kernel, Strategy};
 pub use shading_point::{Gathered, ShadingPoint, WeightedPoint};
 pub use subset::Subset;
 
@@ -46,60 +49,6 @@ use gather_tree::GatherTree;
 use light_points::part_area;
 use pairs::PairContext;
 use points::{BATCHES, Batch};
-
-/// The shape with which a light is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// One point.
-    Point,
-    /// The disc with the second moment of the light's photons, as sixteen points from near, four
-    /// from farther, and one from far.
-    Disc,
-    /// The sphere with that moment, integrated over its solid angle. The radius of a light of one
-    /// photon follows from the area that it represents. Source: Hašan, Křivánek, Walter, Bala,
-    /// "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
-    Sphere,
-}
-
-/// The choice of lights that are evaluated at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Strategy {
-    /// All lights of a [`Subset`].
-    All,
-    /// A cut through the light tree, common to up to 64 points. At points with a subset of one
-    /// light in `n`, the cut has at most `max_lights / n` terms.
-    Cuts(CutLimits),
-    /// A cut through the pairs of the gather points of a pixel and the lights:
-    /// [`Gather::sum_of_pixel`]. [`Gather::sum`] makes the same cuts as for [`Strategy::Cuts`].
-    Bidirectional(CutLimits),
-}
-
-impl Strategy {
-    /// The limits of cuts; `None` without cuts.
-    pub fn cut_limits(self) -> Option<CutLimits> {
-        match self {
-            Strategy::All => None,
-            Strategy::Cuts(limits) | Strategy::Bidirectional(limits) => Some(limits),
-        }
-    }
-}
-
-/// How lights are summed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gather {
-    /// The shape with which a light is evaluated.
-    pub kernel: Kernel,
-    /// The lights that are evaluated. Cuts need lights with a tree.
-    pub strategy: Strategy,
-    /// Bound on the singularity of a connection.
-    pub clamp: Clamp,
-    /// Divisor of the area that a light represents, as clamping and spheres see it: progressive
-    /// refinement.
-    pub refinement: f32,
-    /// Threshold of Russian roulette before shadow rays: unshadowed light, relative to the mean
-    /// over the lights. 0: no roulette.
-    pub roulette: f32,
-}
 
 impl Gather {
     /// The sums of the lights at the points of a tile,
@@ -184,24 +133,5 @@ impl Gather {
             area: area * self.area_factor(at.lights),
         });
         1.0 - weight.get()
-    }
-
-    /// Factor on each evaluated light: the number of lights that it represents.
-    #[inline(always)]
-    fn lights_per_term(&self, lights: Subset) -> f32 {
-        match self.strategy {
-            Strategy::All => lights.lights_per_member(),
-            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
-        }
-    }
-
-    /// Factor on the area that a light represents, as clamping and spheres see it.
-    #[inline(always)]
-    fn area_factor(&self, lights: Subset) -> f32 {
-        let factor = match self.strategy {
-            Strategy::All => lights.area_factor(),
-            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
-        };
-        factor / self.refinement
     }
 }

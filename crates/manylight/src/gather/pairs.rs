@@ -2,10 +2,10 @@
 //! single connections.
 
 use super::clamping::ClampReceiver;
-use super::connect::ConnectedLight;
 use super::gather_tree::{GatherNode, GatherTree, Sensor};
 use super::light_points::{LightPoint, part_count, point_of_disc, whole_light};
 use super::points::rounding_at;
+use super::receivers::ConnectedLight;
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::geometry::Segment;

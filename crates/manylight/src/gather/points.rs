@@ -1,17 +1,12 @@
 //! The shading points of a tile in lanes: batches of points that have the same lights and
 //! scattering functions of one lane model.
 
-use super::connect::Receivers;
-use super::sphere::SphereSamples;
 use super::{ShadingPoint, Subset};
 use crate::bsdf::{FixedWoLanes, LaneModel, Lobes};
 use crate::geometry::SurfacePoint;
-use crate::ids::LightId;
-use crate::lanes::{
-    Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector, Width, mask,
-};
+use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Sixteen, Vector, Width, mask};
 use crate::math::{Aabb, Cone, Vec3};
-use crate::virtual_lights::{VirtualLight, VirtualLights};
+use crate::virtual_lights::VirtualLight;
 use std::f32::consts::PI;
 
 /// Batches that are processed together: 64 points, one per bit of a mask.
@@ -86,8 +81,8 @@ pub(super) struct Batch<'b, 's> {
     /// The lights that are summed at all of them.
     pub lights: Subset,
     /// [`ShadingPoint::lit_from`], for the points in `limited`.
-    lit_from: Lanes3,
-    limited: LaneMask,
+    pub lit_from: Lanes3,
+    pub limited: LaneMask,
     /// Largest photon depths that fit the path limits; `None` if no lane has one.
     pub depths: Option<[Option<u32>; LANES]>,
 }
@@ -221,63 +216,6 @@ impl<'b, 's> Batch<'b, 's> {
         let nearest = axis.dot(to) - abs(axis).dot(half) - chord * farthest;
         let before = nearest.lt(-rounding).bits() as LaneMask;
         self.used() & (above | self.open) & before
-    }
-}
-
-/// The points of a batch as receivers of connections.
-pub(super) struct BatchReceivers<'a, 'b, 's, S: Width> {
-    pub(super) s: S,
-    pub(super) batch: &'a Batch<'b, 's>,
-    pub(super) samples: Option<&'a SphereSamples<S>>,
-}
-
-impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
-    #[inline(always)]
-    fn towards(&self, p: Vec3) -> Vector<S> {
-        self.batch.towards(self.s, p)
-    }
-
-    #[inline(always)]
-    fn normals(&self) -> Vector<S> {
-        self.batch.ng.vectors(self.s)
-    }
-
-    #[inline(always)]
-    fn lights(&self) -> Subset {
-        self.batch.lights
-    }
-
-    #[inline(always)]
-    fn f_cos_wi(&self, wi: Vector<S>, active: Mask<S>) -> Color<S> {
-        self.batch.receivers.f_cos_wi(wi, active)
-    }
-
-    #[inline(always)]
-    fn count_light_from(&self, wi: Vector<S>) -> Mask<S> {
-        let Batch {
-            limited, lit_from, ..
-        } = self.batch;
-        if *limited == 0 {
-            return Mask::splat(self.s, true);
-        }
-        let limited = Mask::from_bits(self.s, u32::from(*limited));
-        lit_from.vectors(self.s).dot(wi).gt(0.0) | !limited
-    }
-
-    #[inline(always)]
-    fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<S> {
-        let mut shares = [1.0; LANES];
-        if let Some(depths) = &self.batch.depths {
-            for (share, depth) in shares.iter_mut().zip(depths) {
-                *share = depth.map_or(1.0, |depth| lights.share_up_to(id, depth));
-            }
-        }
-        Float::load(self.s, &shares)
-    }
-
-    #[inline(always)]
-    fn sphere_samples(&self) -> Option<&SphereSamples<S>> {
-        self.samples
     }
 }
 

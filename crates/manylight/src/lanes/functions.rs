@@ -1,12 +1,9 @@
 //! Elementary functions and warps in lanes: [`crate::math`] and [`crate::sampling::warp`] for [`Float`].
 
-use super::numbers::{Float, Word};
+use super::numbers::{Float, ROUNDING, Word};
 use super::vector::{Pair, Vector};
 use crate::simd::Width;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI, TAU};
-
-/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
-const ROUNDING: f32 = 12_582_912.0;
 
 impl<S: Width> Float<S> {
     /// See [`exp`](crate::math::float::exp).
@@ -127,14 +124,6 @@ impl<S: Width> Float<S> {
         let turned =
             |v: Float<S>, quadrant: Word<S>| (v.to_bits() ^ ((quadrant & 2) << 30)).to_float();
         (turned(sin, quadrant), turned(cos, quadrant + 1))
-    }
-}
-
-impl<S: Width> Word<S> {
-    /// The words as numbers, for words below 2²².
-    #[inline(always)]
-    pub fn integer(self) -> Float<S> {
-        (self + ROUNDING.to_bits()).to_float() - ROUNDING
     }
 }
 

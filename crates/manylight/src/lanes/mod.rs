@@ -24,8 +24,9 @@ pub use crate::simd::{LANES, One, Width};
 pub(crate) use crate::simd::{LaneKernel, Sixteen};
 pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
+pub(crate) use numbers::Stored;
 pub use numbers::{Float, Mask, Operand, Word};
-pub(crate) use stored::{CacheAligned, Stored, lanewise};
+pub(crate) use stored::{CacheAligned, lanewise};
 pub use vector::{Axes, Color, Pair, Vector};
 
 use crate::color::Rgb;

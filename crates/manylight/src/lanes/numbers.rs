@@ -5,13 +5,19 @@
     reason = "the names are those of the operations and components"
 )]
 
-use super::stored::Stored;
-use crate::simd::{One, Sixteen, Width};
+use crate::simd::{LANES, One, Portable, Sixteen, Width};
 use std::fmt;
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub,
     SubAssign,
 };
+
+/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
+pub(super) const ROUNDING: f32 = 12_582_912.0;
+
+/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of
+/// each instruction set.
+pub(crate) type Stored = Portable<LANES>;
 
 /// A float per lane.
 #[derive(Clone, Copy)]
@@ -359,6 +365,12 @@ impl<S: Width> Mask<S> {
 }
 
 impl<S: Width> Word<S> {
+    /// The words as numbers, for words below 2²².
+    #[inline(always)]
+    pub fn integer(self) -> Float<S> {
+        (self + ROUNDING.to_bits()).to_float() - ROUNDING
+    }
+
     /// `x` in all lanes.
     #[inline(always)]
     pub fn splat(s: S, x: u32) -> Self {

@@ -1,12 +1,7 @@
 //! Sixteen lanes in memory, which are written and read one by one.
 
 use super::vector::{Axes, Color, Pair, Vector};
-use crate::simd::{LANES, Portable};
 use std::ops::{Deref, DerefMut};
-
-/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of
-/// each instruction set.
-pub(crate) type Stored = Portable<LANES>;
 
 /// A structure of [`Stored`] numbers at the start of a cache line, so that vectors are loaded from one
 /// line each.

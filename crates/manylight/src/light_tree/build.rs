@@ -1,7 +1,7 @@
 //! Top-down construction: sets of lights are split at the plane, in position or normal, at which
 //! the two parts cost least.
 
-use super::{LightNode, NodeContent};
+use super::node::{LightNode, NodeContent};
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};

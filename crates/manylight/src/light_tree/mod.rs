@@ -7,16 +7,18 @@
 mod bound;
 mod build;
 mod draw;
+mod node;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use bound::ReflectedBounds;
 pub use draw::DrawnLight;
 pub(crate) use draw::Receiver;
+pub use node::LightNode;
 
 use crate::ids::LightId;
-use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLights};
+use node::NodeContent;
 use rayon::prelude::*;
 
 /// A binary tree over the virtual lights that have flux.
@@ -25,33 +27,6 @@ pub struct LightTree {
     /// In depth-first order: an inner node is followed by its first child with all descendants,
     /// then by its second child.
     nodes: Vec<LightNode>,
-}
-
-/// A leaf with one light, or an inner node with two children.
-#[derive(Clone, Debug)]
-pub struct LightNode {
-    /// Bounding box of the positions and points of the lights.
-    pub bounds: Aabb,
-    /// Bounding cone of the geometric normals on the lit sides; full if a light emits on both
-    /// sides.
-    pub normals: Cone,
-    /// Largest distance in m by which shadow rays to the points end before the surface.
-    pub offset: f32,
-    /// Luminance of the flux of the lights, in W.
-    pub flux: f32,
-    /// Bound of the radiant intensity of the lights of an inner node; set for a leaf by
-    /// [`LightTree::bound_lights`] only.
-    intensity: IntensityBound,
-    content: NodeContent,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum NodeContent {
-    Light(LightId),
-    /// The first child is the next node.
-    Nodes {
-        second: u32,
-    },
 }
 
 impl LightTree {

@@ -9,7 +9,7 @@
 
 use super::density::{Bandwidth, DensityReceiver, OnSurface, density_estimate};
 use super::{KdTree, Neighbors, covered_fraction};
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::{Bsdf, FixedWoLanes, Lobes};
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::math::Vec3;
@@ -78,7 +78,7 @@ impl<'m, 'a, 's, P: OnSurface + Sync> ArrivingPhotons<'m, 'a, 's, P> {
     pub fn f_cos(&self, lobes: Lobes) -> Vec<Rgb> {
         let directions: Vec<Vec3> = self.iter().map(|(photon, _)| photon.wi()).collect();
         let mut f_cos = Vec::with_capacity(directions.len());
-        (self.at.bsdf).f_cos_each_wi(&directions, self.at.wo, lobes, &mut f_cos);
+        FixedWoLanes::f_cos_each_wi(self.at.bsdf, &directions, self.at.wo, lobes, &mut f_cos);
         f_cos
     }
 

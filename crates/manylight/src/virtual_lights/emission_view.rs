@@ -8,6 +8,7 @@ use crate::bsdf::{ExitTransmittance, FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Color, Mask, One, Sixteen, Vector, Width};
+use crate::math::Vec3;
 use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
 
@@ -35,6 +36,18 @@ pub(crate) struct RichEmission<'f, 's> {
 pub(crate) trait RadiantIntensity<S: Width> {
     /// In the unit directions `w` away from the light; inactive lanes hold any value.
     fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S>;
+}
+
+impl VirtualLights<'_> {
+    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in
+    /// W/sr.
+    #[inline]
+    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
+        match RichEmission::of(self, &self.lights[id.index()]) {
+            Ok(rich) => rich.intensity(w.into(), Mask::splat(One, true)).into(),
+            Err(reflection) => reflection.intensity(w),
+        }
+    }
 }
 
 impl<'f, 's> EmissionView<'f, 's> {

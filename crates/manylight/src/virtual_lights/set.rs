@@ -2,13 +2,10 @@
 
 use super::areas::LightAreas;
 use super::depth_limits::DepthFractions;
-use super::emission_view::{RadiantIntensity, RichEmission};
 use super::glossy::{Glossy, GlossyForm, Profiles};
 use super::light::VirtualLight;
 use super::reflection::Reflection;
-use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::{Mask, One};
 use crate::math::Vec3;
 use crate::scene::PathLimits;
 
@@ -43,16 +40,6 @@ impl<'s> VirtualLights<'s> {
     #[inline(always)]
     pub(crate) fn reflection(&self, index: u32) -> &Reflection<'s> {
         &self.reflections[index as usize]
-    }
-
-    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in
-    /// W/sr.
-    #[inline]
-    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
-        match RichEmission::of(self, &self.lights[id.index()]) {
-            Ok(rich) => rich.intensity(w.into(), Mask::splat(One, true)).into(),
-            Err(reflection) => reflection.intensity(w),
-        }
     }
 
     /// The glossy profile with the index of [`Emission::Rich`](super::Emission::Rich).

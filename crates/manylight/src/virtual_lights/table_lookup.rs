@@ -1,22 +1,7 @@
 //! Bilinear lookups in octahedral tables; see [`crate::math::octahedral`].
 
-use super::tables::{OctahedralTable, Texel, Texels};
-use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width};
+use crate::lanes::{Float, Mask, One, Pair, Vector, Width};
 use crate::math::Vec3;
-
-impl OctahedralTable<'_> {
-    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes
-    /// hold any value.
-    #[inline(always)]
-    pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
-        let corners = TexelCorners::of(w, self.side as f32, active);
-        let sum = match self.texels {
-            Texels::Float(texels) => corners.sum(texels),
-            Texels::Shared(texels) => corners.sum(texels),
-        };
-        sum * Color::splat(w.z.width(), self.scale)
-    }
-}
 
 /// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit
 /// vector `w` in a table of `side`² texels, with texel centers at `(i + 1/2) / side`. It wraps over
@@ -32,15 +17,15 @@ pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
 
 /// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any
 /// value.
-struct TexelCorners<S: Width> {
-    texels: [S::Each<u32>; 4],
-    weights: [Float<S>; 4],
+pub(super) struct TexelCorners<S: Width> {
+    pub(super) texels: [S::Each<u32>; 4],
+    pub(super) weights: [Float<S>; 4],
 }
 
 impl<S: Width> TexelCorners<S> {
     /// The corners for the unit directions `w` on a map of `side`² texels.
     #[inline(always)]
-    fn of(w: Vector<S>, side: f32, active: Mask<S>) -> Self {
+    pub(super) fn of(w: Vector<S>, side: f32, active: Mask<S>) -> Self {
         let square = square_from_directions(w);
         let (x, y) = (square.x * side - 0.5, square.y * side - 0.5);
         let (column, row) = (x.floor(), y.floor());
@@ -68,22 +53,6 @@ impl<S: Width> TexelCorners<S> {
             texels,
             weights: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
         }
-    }
-
-    /// The weighted sums of the texels of `table`.
-    #[inline(always)]
-    fn sum<T: Texel>(&self, table: &[T]) -> Color<S> {
-        let s = self.weights[0].width();
-        let mut sum = Color::black(s);
-        let Some(last) = table.len().checked_sub(1) else {
-            return sum;
-        };
-        for k in 0..4 {
-            let texels = self.texels[k].as_ref();
-            let fetched = s.each(|i| table[(texels[i] as usize).min(last)]);
-            sum += T::colors(s, &fetched) * self.weights[k];
-        }
-        sum
     }
 }
 

@@ -1,8 +1,9 @@
 //! Storage of octahedral tables: texel formats, and all tables of a set one after the other.
 
 use super::octahedral_grid::Grid;
+use super::table_lookup::TexelCorners;
 use crate::color::Rgb;
-use crate::lanes::{Color, One, Width, Word};
+use crate::lanes::{Color, Mask, One, Vector, Width, Word};
 use bytemuck::{Pod, Zeroable};
 
 /// Format of the texels of a table.
@@ -230,6 +231,36 @@ fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
         words: bytemuck::pod_collect_to_vec(&packed),
         scale: Rgb::new(scale(0), scale(1), scale(2)),
     }
+}
+
+impl OctahedralTable<'_> {
+    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes
+    /// hold any value.
+    #[inline(always)]
+    pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        let corners = TexelCorners::of(w, self.side as f32, active);
+        let sum = match self.texels {
+            Texels::Float(texels) => weighted_sum(&corners, texels),
+            Texels::Shared(texels) => weighted_sum(&corners, texels),
+        };
+        sum * Color::splat(w.z.width(), self.scale)
+    }
+}
+
+/// The weighted sums of the texels of `table` at the corners.
+#[inline(always)]
+fn weighted_sum<S: Width, T: Texel>(corners: &TexelCorners<S>, table: &[T]) -> Color<S> {
+    let s = corners.weights[0].width();
+    let mut sum = Color::black(s);
+    let Some(last) = table.len().checked_sub(1) else {
+        return sum;
+    };
+    for k in 0..4 {
+        let texels = corners.texels[k].as_ref();
+        let fetched = s.each(|i| table[(texels[i] as usize).min(last)]);
+        sum += T::colors(s, &fetched) * corners.weights[k];
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ fn each_direction_has_its_single_value() {
                 let wo = direction(&mut sampler);
                 for lobes in [Lobes::NON_SPECULAR, Lobes::DIFFUSE, Lobes::ALL] {
                     let mut values = vec![Rgb::WHITE];
-                    bsdf.f_cos_each_wi(&wi, wo, lobes, &mut values);
+                    FixedWoLanes::f_cos_each_wi(&bsdf, &wi, wo, lobes, &mut values);
                     assert_eq!(values.len(), count);
                     for (&wi, value) in wi.iter().zip(values) {
                         let single = bsdf.f_cos_wi(wi, wo, lobes.and(Lobes::NON_SPECULAR));

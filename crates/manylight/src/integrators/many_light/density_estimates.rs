@@ -18,9 +18,8 @@ use crate::maps::density::{
 use crate::maps::{
     ArrivingPhotons, COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Neighbors, PhotonReceiver,
 };
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 use crate::particles::Photon;
-use crate::scene::Scene;
 
 /// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense
 /// enough for glossy lobes. Measured at 3 and 8, over 2 passes at 320x180: the variance of caustics
@@ -198,58 +197,4 @@ fn bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
 /// Largest radius of an estimate at `distance` m along a camera path, in m.
 pub(super) fn max_photon_radius(prepared: &PreparedPasses, distance: f32) -> f32 {
     MAX_RADIUS_PIXELS * prepared.pixel.width_at(distance)
-}
-
-/// Width of a pixel in the middle of the film, as a function of the distance from the camera.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PixelFootprint {
-    /// Width at the camera, in m.
-    width: f32,
-    /// Growth of the width per m of distance.
-    growth: f32,
-}
-
-impl PixelFootprint {
-    pub(super) fn of(scene: &Scene) -> Self {
-        let film = &scene.sensor.desc().film;
-        // The sensor takes positions relative to the crop window.
-        let middle = film.size.as_vec2() * 0.5 - film.crop_offset.as_vec2();
-        let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
-        let (a, b) = (ray(middle), ray(middle + Vec2::X));
-        PixelFootprint {
-            width: a.o.distance(b.o),
-            growth: a.d.distance(b.d),
-        }
-    }
-
-    /// Width at `distance` m along a camera path, in m.
-    fn width_at(self, distance: f32) -> f32 {
-        self.width + self.growth * distance
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::UVec2;
-    use crate::testing::scenes::Builder;
-
-    #[test]
-    fn a_crop_window_does_not_change_the_footprint_of_a_pixel() {
-        let footprint = |crop: Option<UVec2>| {
-            let mut b = Builder::new(Vec3::Z * 5.0, Vec3::ZERO, 90.0, 64);
-            let grey = b.material(crate::testing::scenes::diffuse(0.5, 0.5, 0.5));
-            b.rectangle(Vec3::ZERO, Vec3::X, Vec3::Y, grey, None);
-            if let Some(offset) = crop {
-                let film = &mut b.desc.sensors[0].film;
-                (film.crop_offset, film.crop_size) = (offset, UVec2::splat(8));
-            }
-            PixelFootprint::of(&b.build()).width_at(1.0)
-        };
-        let (whole, cropped) = (footprint(None), footprint(Some(UVec2::splat(56))));
-        assert!(
-            (cropped / whole - 1.0).abs() < 1e-3,
-            "{cropped} and {whole}"
-        );
-    }
 }

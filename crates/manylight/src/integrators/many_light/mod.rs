@@ -29,6 +29,7 @@ mod effort;
 mod gather_point;
 mod interim_maps;
 mod lights;
+mod passes;
 mod paths;
 mod prefix;
 mod presets;
@@ -44,19 +45,15 @@ pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placemen
 pub(super) use effort::with_fixed_effort;
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use lights::DARKEST_PIXEL;
+pub use passes::PreparedPasses;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
 pub use settings::ManyLight;
 
 use super::context::PassContext;
 use crate::film::Film;
-use crate::gather::{Gather, LightIndex};
-use crate::maps::{IncidentMap, KdTree};
-use crate::particles::Photon;
 use crate::scene::{PathLimits, Scene};
-use crate::virtual_lights::NearestLights;
-use compensation_photons::CompensationPhoton;
-use density_estimates::PixelFootprint;
+use passes::PixelFootprint;
 use radiance_cache::CacheParticles;
 use schedule::{GroupContext, LightSubsets};
 use trace::PhotonMaps;
@@ -159,33 +156,4 @@ impl ManyLight {
             prepared.shade_tile(run, &positions, samples);
         })
     }
-}
-
-/// Everything that the passes of a group shade with.
-#[derive(Debug)]
-pub struct PreparedPasses<'s> {
-    scene: &'s Scene,
-    limits: PathLimits,
-    group: PassGroup,
-    compensation: Compensation,
-    /// Emitter samples per direction at the first gather points.
-    emitter_samples: u32,
-    /// Camera paths that a pixel starts with in a pass.
-    camera_paths: u32,
-    pixel: PixelFootprint,
-    gather: Gather,
-    /// The virtual lights.
-    pub lights: LightIndex<'s>,
-    subsets: LightSubsets,
-    /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0
-    /// without cuts.
-    tolerance: f32,
-    /// The light that a photon anywhere would be assigned to.
-    pub nearest: NearestLights,
-    /// Photons that arrive straight from the environment.
-    incident: IncidentMap,
-    /// Photons with a specular last event.
-    pub caustics: KdTree<Photon>,
-    cache: RadianceCache,
-    compensation_photons: KdTree<CompensationPhoton>,
 }

@@ -9,7 +9,7 @@
 
 mod shade;
 
-use super::camera_round::{CameraPath, FirstPart, follow_paths, start_paths};
+use super::camera_round::{follow_paths, start_paths};
 use super::connections::Connections;
 use super::context::PassContext;
 use super::partition::PathStage;
@@ -17,21 +17,7 @@ use crate::film::{Film, TileSamples, Tiling};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::stream::{Walks, shade_packets};
-use shade::Shading;
-
-/// What a path carries.
-#[derive(Clone, Copy, Debug)]
-struct PathState {
-    first: FirstPart,
-    stage: PathStage,
-}
-
-impl CameraPath for PathState {
-    #[inline(always)]
-    fn first(&self) -> Option<FirstPart> {
-        Some(self.first)
-    }
-}
+use shade::{PathState, Shading};
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(

@@ -1,19 +1,33 @@
 //! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in
 //! packets of one material.
 
-use super::PathState;
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::film::TileSamples;
 use crate::ids::MaterialId;
-use crate::integrators::camera_round::{Arrived, CameraRound, PathLanes};
+use crate::integrators::camera_round::{Arrived, CameraPath, CameraRound, FirstPart, PathLanes};
 use crate::integrators::connections::{
     Connections, EmitterQuery, EmitterReflection, ReflectingPath,
 };
+use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Float, Mask, Pair, Width};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
 use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
+
+/// What a path carries.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathState {
+    pub(super) first: FirstPart,
+    pub(super) stage: PathStage,
+}
+
+impl CameraPath for PathState {
+    #[inline(always)]
+    fn first(&self) -> Option<FirstPart> {
+        Some(self.first)
+    }
+}
 
 /// Shades all vertices of a round.
 pub(super) struct Shading<'a, 'o, 't> {
