@@ -1,8 +1,8 @@
 //! Stage 3: the flux of the photons is assigned to the lights.
 
-use super::axes::{EmissionKind, FluxRule};
 use super::place::Candidates;
 use super::schedule::GroupContext;
+use super::settings::{EmissionKind, FluxRule};
 use crate::gather::Kernel;
 use crate::virtual_lights::assign::assign;
 use crate::virtual_lights::density::by_density;

@@ -1,8 +1,8 @@
 //! Stage 4: the radiant intensity of every light, and what the sum over lights needs.
 
-use super::axes::{ClampRule, Compensation, EmissionKind};
 use super::radiance_cache::{CacheParticles, RadianceCache};
 use super::schedule::{GroupContext, LightSubsets};
+use super::settings::{ClampRule, Compensation, EmissionKind};
 use crate::gather::{Clamp, Gather, LightIndex, Strategy};
 use crate::particles::Photon;
 use crate::stats::Stats;

@@ -13,13 +13,13 @@
 //! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned; and the cache.
 
 use super::arriving::Arriving;
-use super::axes::Compensation;
 use super::compensation_photons::direction_limit;
 use super::gather_points::{GatherPoint, TileGather};
 use super::gather_vertices::{DirectionNumbers, GatherPath, GatherRole};
 use super::gathering::GatherTask;
 use super::paths::{Direction, PathState};
 use super::radiance_cache::CachePoint;
+use super::settings::Compensation;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::Assignment;

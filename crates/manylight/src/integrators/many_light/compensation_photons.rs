@@ -12,7 +12,7 @@
 //! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018. Here a light
 //! represents many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
 
-use super::axes::Compensation;
+use super::settings::Compensation;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};

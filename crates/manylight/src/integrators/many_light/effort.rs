@@ -9,11 +9,10 @@
 //! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in every render. The samples
 //! of the pre-pass are not used again: no estimate depends on its own noise.
 
-use super::axes::Effort;
 use super::gathering::DIRECTIONS;
 use super::pre_pass::TermVariances;
 use super::prepared::PreparedPasses;
-use super::settings::ManyLight;
+use super::settings::{Effort, ManyLight};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
 use crate::scene::{PathLimits, Scene};

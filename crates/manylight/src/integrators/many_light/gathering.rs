@@ -10,9 +10,9 @@
 //!
 //! Both gather again at the vertex where they end, on a sparse subset of the lights.
 
-use super::axes::Compensation;
 use super::gather_points::{GatherPoint, TileGather};
 use super::gather_vertices::{DirectionNumbers, GatherPath, GatherRole, GatherVertex};
+use super::settings::Compensation;
 use crate::gather::{ShadingPoint, Subset};
 use crate::integrators::guiding::environment_guide;
 use crate::sampling::Sampler;

@@ -1,10 +1,9 @@
 //! The interim maps of the many-light methods, as the camera sees them: the quantities that placement follows, and the
 //! lights before and after relaxation. They are made of the particles and lights of one pass.
 
-use super::axes::Placement;
 use super::place::{selected_sites, thinned_candidates};
 use super::schedule::GroupContext;
-use super::settings::ManyLight;
+use super::settings::{ManyLight, Placement};
 use super::specular_chains::MAX_CHAIN;
 use super::trace;
 use crate::bsdf::{BsdfNumbers, Lobes};

@@ -10,14 +10,13 @@
 //! | 4. build the radiant intensity of every light, and the radiance cache | `build.rs`, `radiance_cache.rs` |
 //! | 5. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
-//! The settings are in `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`.
+//! The settings, their axes and the named methods are in `settings.rs`.
 //! [`super::partition`] defines which path belongs to which film layer.
 //!
 //! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015.
 
 mod arriving;
 mod assign;
-mod axes;
 mod build;
 mod camera_paths;
 mod caustic_shares;
@@ -34,7 +33,6 @@ mod paths;
 mod place;
 mod pre_pass;
 mod prepared;
-mod presets;
 mod radiance_cache;
 mod sampling_lanes;
 mod schedule;
@@ -45,13 +43,15 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 pub use cut_tolerance::DARKEST_PIXEL;
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use prepared::PreparedPasses;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
-pub use settings::ManyLight;
+pub use settings::{
+    ClampRule, Compensation, Contradiction, Effort, EmissionKind, FluxRule, ManyLight,
+    PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
+};
 
 use super::context::PassContext;
 use crate::film::Film;

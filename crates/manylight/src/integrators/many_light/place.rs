@@ -1,8 +1,8 @@
 //! Stage 2: photons are kept as sites of virtual lights, with probability proportional to importance times flux.
 
-use super::axes::{FluxRule, Placement};
 use super::radiance_cache::CacheParticles;
 use super::schedule::GroupContext;
+use super::settings::{FluxRule, Placement};
 use super::trace;
 use crate::particles::Photon;
 use crate::sampling::Stream;

@@ -1,10 +1,10 @@
 //! Everything that the passes of a group shade with.
 
-use super::axes::Compensation;
 use super::compensation_photons::{CompensationPhoton, assign};
 use super::cut_tolerance::tolerance;
 use super::radiance_cache::RadianceCache;
 use super::schedule::{GroupContext, LightSubsets, PassGroup};
+use super::settings::Compensation;
 use super::trace::PhotonMaps;
 use crate::gather::{Gather, LightIndex};
 use crate::maps::{IncidentMap, KdTree};

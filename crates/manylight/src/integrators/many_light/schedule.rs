@@ -8,8 +8,7 @@
 //! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i` the first pass of the group.
 //! The bias of the mean over `n` passes falls as `1/√n`, as does its noise.
 
-use super::axes::Resampling;
-use super::settings::ManyLight;
+use super::settings::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::sampling::Stream;
