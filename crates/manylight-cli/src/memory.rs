@@ -142,7 +142,7 @@ const ENCODED: f64 = 0.5;
 pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMemory {
     let size = job.scene.sensor.desc().film.crop_size;
     let pixels = u64::from(size.x) * u64::from(size.y);
-    if request.denoise.is_some() {
+    if request.denoise.denoise.is_some() {
         return StageMemory {
             stage: "denoiser",
             bytes: pixels.saturating_mul(DENOISER),

@@ -47,11 +47,11 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure>
 /// # Errors
 /// The library is not found or cannot be used.
 pub(crate) fn open_denoiser(request: &RenderRequest) -> Result<Option<Oidn>, Failure> {
-    if request.denoise.is_none() {
+    if request.denoise.denoise.is_none() {
         return Ok(None);
     }
-    let places = SearchPlaces::from_environment(request.oidn_lib.clone());
-    Ok(Some(Oidn::open(&places, request.threads)?))
+    let places = SearchPlaces::from_environment(request.denoise.oidn_lib.clone());
+    Ok(Some(Oidn::open(&places, request.run.threads())?))
 }
 
 /// A loaded scene file.
@@ -92,7 +92,7 @@ impl SceneFile {
 
     /// Refuses to replace a file of the scene by what `request` writes.
     pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
-        let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
+        let checkpoint = request.parts.checkpoint.as_ref();
         let is_input = |output: &Path| self.files.iter().any(|file| is_same_file(output, file));
         match (request.outputs.iter().chain(checkpoint)).find(|output| is_input(output)) {
             None => Ok(()),
@@ -148,8 +148,8 @@ impl Session {
             scene: &self.scene,
             method: request.method(self.scene.limits),
             budget: request.budget,
-            seed: request.seed,
-            block: request.block,
+            seed: request.paths.seed,
+            block: request.parts.block,
         }
     }
 

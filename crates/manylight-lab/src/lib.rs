@@ -11,6 +11,17 @@
 //! * Nothing is printed. Functions that touch files return a [`LabError`], which names the file, and the place in a plan.
 //! * HTML pages load nothing from the network.
 //!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//!  3 study
+//!  2 viewer
+//!  1 compare
+//!  0 error text document noise false_color
+//! ```
+//!
 //! # Modules, in reading order
 //!
 //! * [`compare`]: error measures, SSIM, HDR-FLIP, z-scores of blocks, expected errors from noise.

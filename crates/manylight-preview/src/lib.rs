@@ -4,6 +4,16 @@
 //! * [`Preview`] takes a [`Picture`] after a pass, at a bounded rate, and hands it to the thread of the viewer. A picture that the thread has
 //!   not begun to send is replaced by the next one.
 //!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//!  2 preview
+//!  1 tev browser
+//!  0 picture target pace mailbox
+//! ```
+//!
 //! # Promises
 //!
 //! * A render never waits for a viewer, and pictures between the first and the last take at most 2 % of its time.
@@ -20,5 +30,5 @@ mod target;
 mod tev;
 
 pub use picture::{Picture, Progress, RenderInfo, RenderState};
-pub use preview::{Preview, Warn};
-pub use target::{PreviewTarget, TargetError, TevAddress};
+pub use preview::Preview;
+pub use target::{PreviewTarget, TargetError, TevAddress, Warn};

@@ -3,17 +3,13 @@
 use crate::browser::BrowserViewer;
 use crate::pace::Pace;
 use crate::picture::{Picture, RenderInfo};
-use crate::target::PreviewTarget;
+use crate::target::{PreviewTarget, Warn};
 use crate::tev::TevViewer;
 use std::fmt;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest time that the end of the program waits for a viewer to receive the final picture.
 const LAST_PICTURE_TIME: Duration = Duration::from_secs(5);
-
-/// Takes a warning, from any thread.
-pub type Warn = Arc<dyn Fn(String) + Send + Sync>;
 
 /// Shows the growing picture of one render. Nothing here fails: what goes wrong is a warning.
 pub struct Preview {

@@ -2,7 +2,7 @@
 
 use crate::errors::{exception, file_exception, usage};
 use manylight::image::Image as Pixels;
-use manylight_cli::embed::{Picture, display_transform};
+use manylight_cli::embed::{DEFAULT_VIEW, Picture, display_transform};
 use manylight_io::image::{
     DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png, interleave,
     read_layered_image, write_image,
@@ -262,7 +262,7 @@ impl Image {
     }
 
     /// Writes the image to a file; the extension selects the format.
-    #[pyo3(signature = (path, *, exposure=0.0, view="standard"))]
+    #[pyo3(signature = (path, *, exposure=0.0, view=DEFAULT_VIEW))]
     fn save(&self, py: Python<'_>, path: PathBuf, exposure: f32, view: &str) -> PyResult<()> {
         let display = display(py, exposure, view)?;
         py.detach(|| write_image(&path, &self.picture(), display))
@@ -270,7 +270,7 @@ impl Image {
     }
 
     /// The picture as the bytes of a PNG file.
-    #[pyo3(signature = (*, exposure=0.0, view="standard"))]
+    #[pyo3(signature = (*, exposure=0.0, view=DEFAULT_VIEW))]
     fn png<'py>(
         &self,
         py: Python<'py>,
@@ -284,7 +284,7 @@ impl Image {
     }
 
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        self.png(py, 0.0, "standard")
+        self.png(py, 0.0, DEFAULT_VIEW)
     }
 
     fn __repr__(&self) -> String {

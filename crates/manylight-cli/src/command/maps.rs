@@ -28,7 +28,7 @@ const FILES: [&str; 6] = [
 pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     let request = RenderRequest::for_maps(args, &FILES)?;
     if !matches!(request.kind, MethodKind::ManyLight(_)) {
-        return Err(no_lights(request.method));
+        return Err(no_lights(request.paths.method));
     }
     let display = DisplayArgs {
         quiet: args.quiet,
@@ -69,7 +69,7 @@ fn metadata(settings: &Settings) -> Vec<(String, String)> {
     let mut metadata = vec![
         ("software".to_string(), software),
         ("scene".into(), scene),
-        ("method".into(), settings.request.method.into()),
+        ("method".into(), settings.request.paths.method.name.into()),
     ];
     metadata.extend(settings.metadata());
     metadata

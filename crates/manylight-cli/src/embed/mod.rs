@@ -4,12 +4,11 @@
 
 mod held_scene;
 mod maps;
+mod options;
 mod parts;
 mod render;
 
 pub use held_scene::HeldScene;
+pub use options::{RenderOption, pass_limit, render_options};
 pub use parts::{PartBlocks, merge, part_header};
-pub use render::{Picture, Rendered, display_transform};
-
-/// Passes of a render without a limit.
-pub const DEFAULT_PASSES: u32 = crate::request::DEFAULT_PASSES;
+pub use render::{DEFAULT_VIEW, Picture, Rendered, display_transform};

@@ -1,6 +1,6 @@
 //! A method of a study: a method of `manylight render`, or another program.
 
-use super::names::expected;
+use super::plan_text::expected;
 use super::program::RenderInterface;
 use serde::Deserialize;
 use std::path::Path;

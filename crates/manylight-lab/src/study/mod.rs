@@ -11,15 +11,12 @@
 //! * [`page`](page()): tables of the results, as a [`Document`](crate::document::Document).
 //! * [`image_groups`]: the images of a study for the [viewer](crate::viewer).
 
-mod check;
 mod child;
 mod folders;
 mod gallery;
 mod load;
-mod machine;
 mod measured;
 mod method;
-mod names;
 mod pace;
 mod page;
 mod plan;
@@ -30,7 +27,6 @@ mod record;
 mod results;
 mod runner;
 mod runs;
-mod scale;
 mod statistics;
 #[cfg(test)]
 mod testing;
@@ -40,14 +36,13 @@ mod tests;
 pub use folders::StudyFolders;
 pub use gallery::image_groups;
 pub use load::load_plan;
-pub use machine::Machine;
 pub use method::{StudyMethod, StudyRenderer};
 pub use pace::TimeEstimate;
 pub use page::page;
 pub use plan::{Budgets, Ratio, StudyPlan, StudyScene, StudyTask};
 pub use program::{MethodSummary, RenderInterface, RenderSettings};
 pub use quantity::Quantity;
-pub use record::{Record, RunStatus};
+pub use record::{Machine, Record, RunStatus};
 pub use results::Results;
 pub use runner::Runner;
 pub use runs::{Run, plan_runs, select_runs};

@@ -1,6 +1,5 @@
-//! The result of one run.
+//! The result of one run, and the computer that made it.
 
-use super::machine::Machine;
 use super::runs::Run;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -13,6 +12,31 @@ const EXCLUDED_STAGES: [&str; 3] = ["load", "build", "write"];
 
 /// Exit code by which a program states that it cannot make a run on this computer. Its standard error names the reason.
 pub(super) const UNAVAILABLE: i32 = 5;
+
+/// Properties of a computer that determine the speed of a render.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Machine {
+    /// Model name of the processor, or its architecture if the name is not known.
+    pub cpu: String,
+    /// Number of hardware threads.
+    pub threads: usize,
+}
+
+impl Machine {
+    /// The computer that runs this program.
+    pub fn this() -> Self {
+        let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let name = information
+            .lines()
+            .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        Machine {
+            cpu: name
+                .map_or(std::env::consts::ARCH, |(_, name)| name.trim())
+                .into(),
+            threads: std::thread::available_parallelism().map_or(1, |n| n.get()),
+        }
+    }
+}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,8 +2,7 @@
 
 use super::child::{Ending, FinishedProcess, spawn_and_wait};
 use super::folders::{StudyFolders, absolute};
-use super::machine::Machine;
-use super::record::{Record, RunStatus, UNAVAILABLE};
+use super::record::{Machine, Record, RunStatus, UNAVAILABLE};
 use super::runs::Run;
 use crate::compare::{ComparisonImage, compare_file, read_image};
 use crate::error::LabError;

@@ -1,8 +1,8 @@
 //! The runs of a plan: one render per scene, method, task and budget, with its options.
 
 use super::method::{StudyMethod, StudyRenderer};
-use super::names::expected;
 use super::plan::{StudyPlan, StudyScene, StudyTask};
+use super::plan_text::expected;
 use super::program::{RenderInterface, RenderSettings};
 use crate::error::{LabError, PlanError};
 use std::time::Duration;

@@ -13,7 +13,7 @@ use super::connections::{ShowsPictures, serve};
 use super::events::{Latest, events};
 use super::page::{LIVE_SCRIPT, LIVE_STYLE, html};
 use crate::picture::{Picture, RenderInfo};
-use crate::preview::Warn;
+use crate::target::Warn;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn};

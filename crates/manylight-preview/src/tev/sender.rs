@@ -6,8 +6,8 @@
 use super::packets::{channel_names, create_image, tiles, update_image};
 use crate::mailbox::{Mailbox, Taken};
 use crate::picture::{Picture, RenderState};
-use crate::preview::Warn;
 use crate::target::TevAddress;
+use crate::target::Warn;
 use std::io::{self, ErrorKind, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;

@@ -112,7 +112,7 @@ fn info(request: &RenderRequest) -> RenderInfo {
         .map(|path| path.display().to_string());
     RenderInfo {
         name: name.unwrap_or_default(),
-        title: format!("{}, {}", request.scene.display(), request.method),
+        title: format!("{}, {}", request.scene.display(), request.paths.method.name),
         passes: request.budget.passes,
         seconds: request.budget.time.map(|time| time.as_secs_f64()),
         error: request.budget.relative_error,

@@ -78,8 +78,10 @@ pub enum EmissionKind {
 impl EmissionKind {
     /// Tables of the size of the rich methods.
     pub const TABLE: EmissionKind = EmissionKind::table(TABLE_SIDE);
-    /// As many von Mises-Fisher lobes as in the paper (Simon, Hanika, Dachsbacher 2015).
-    pub const LOBES: EmissionKind = EmissionKind::Rich(GlossyForm::Lobes { count: 5 });
+    /// As many von Mises-Fisher lobes as in the paper.
+    pub const LOBES: EmissionKind = EmissionKind::Rich(GlossyForm::Lobes {
+        count: DEFAULT_LOBES,
+    });
 
     /// Tables of `side` texels along an edge.
     const fn table(side: u32) -> Self {
@@ -249,6 +251,8 @@ const ROULETTE: f32 = 2.0;
 /// mean of the U-Shape, where light grazes walls, is 0, 0.5, 0.6 and 0.7 % brighter, and variance times time is 1, 1.04 and 1.20 there
 /// (32, 48, 64), 1, 1.00 and 1.03 in the Kitchen, 1, 1.01 and 1.05 in the Garage.
 const TABLE_SIDE: u32 = 48;
+/// Von Mises-Fisher lobes of a light, as in the paper (Simon, Hanika, Dachsbacher 2015).
+const DEFAULT_LOBES: u32 = 5;
 /// The tables of the talk of 2015, and of lightcuts, which keep many of them.
 const PAPER_TABLES: EmissionKind = EmissionKind::table(32);
 /// Least photon paths per virtual light, for presets with many lights and for numbers of lights on request. With this many, the noise of
