@@ -1,9 +1,10 @@
-//! The front end of the renderer `manylight`: the command of that name, and the same renders for programs that keep scenes and
-//! pictures in memory ([`embed`]).
+//! The front end of the renderer `manylight`: the command of that name, and the same renders for
+//! programs that keep scenes and pictures in memory ([`embed`]).
 //!
-//! `args` and `light_options` define the command line, `request` gives the options of `render` their meaning, and `command` has one
-//! file per subcommand. `session` is a scene with the settings of a render, `picture` makes image files of a film, `part` the files of
-//! shares and checkpoints. Data goes to standard output, messages go to standard error.
+//! `args` and `light_options` define the command line, `request` gives the options of `render`
+//! their meaning, and `command` has one file per subcommand. `session` is a scene with the settings
+//! of a render, `picture` makes image files of a film, `part` the files of shares and checkpoints.
+//! Data goes to standard output, messages go to standard error.
 //!
 //! # Layers
 //!
@@ -55,7 +56,8 @@ use clap::Parser;
 use output::print_message;
 use std::ffi::OsString;
 
-/// Selects the instruction set that the environment variable `MANYLIGHT_SIMD` names, if it is set. Call it before anything is rendered.
+/// Selects the instruction set that the environment variable `MANYLIGHT_SIMD` names, if it is set.
+/// Call it before anything is rendered.
 ///
 /// # Errors
 /// The machine lacks these instructions.

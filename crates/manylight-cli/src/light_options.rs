@@ -1,7 +1,9 @@
-//! The options of particles and virtual lights: one row says name, help, and how the option is read and written.
+//! The options of particles and virtual lights: one row says name, help, and how the option is read
+//! and written.
 //!
-//! The rows make the arguments and the help of the command line, the settings of presets, reports and image files, the command that
-//! repeats a render, and the keywords of Python. To add an option, add a row, and a field of the method that it sets.
+//! The rows make the arguments and the help of the command line, the settings of presets, reports
+//! and image files, the command that repeats a render, and the keywords of Python. To add an
+//! option, add a row, and a field of the method that it sets.
 
 use crate::names::{
     EmissionName, Named, StrategyName, emission_name, name_of, one_of, strategy_name, value_of,
@@ -302,7 +304,8 @@ fn limit_cut(method: &mut ManyLight, change: impl FnOnce(&mut CutLimits)) {
     }
 }
 
-/// The settings of a method as (option, value), in the order of the help; empty for methods without settings.
+/// The settings of a method as (option, value), in the order of the help; empty for methods without
+/// settings.
 pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     fn shown<M>(options: &[LightOption<M>], method: &M) -> Vec<(&'static str, String)> {
         let shown = |option: &LightOption<M>| Some((option.name, (option.get)(method)?));
@@ -315,7 +318,8 @@ pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     }
 }
 
-/// The given options of particles and virtual lights, as (name, value). Each overrides one setting of the preset.
+/// The given options of particles and virtual lights, as (name, value). Each overrides one setting
+/// of the preset.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightArgs(Vec<(&'static str, String)>);
 

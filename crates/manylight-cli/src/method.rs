@@ -1,4 +1,5 @@
-//! The method of a render: a preset with the settings that options override. Contradictions are refused.
+//! The method of a render: a preset with the settings that options override. Contradictions are
+//! refused.
 
 use crate::failure::Failure;
 use crate::light_options::{LightArgs, LightOption, MANY_LIGHT, PHOTON_MAP};

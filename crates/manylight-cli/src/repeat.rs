@@ -1,4 +1,5 @@
-//! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
+//! The settings of a render as text: for the JSON report, for the metadata of images, and as a
+//! command that repeats the render.
 
 use crate::light_options;
 use crate::names::filter_name;
@@ -44,7 +45,8 @@ impl Settings<'_> {
         map
     }
 
-    /// The settings that decide about the bits of the sums over passes: as the scene and the options have them together.
+    /// The settings that decide about the bits of the sums over passes: as the scene and the
+    /// options have them together.
     fn deciding(&self) -> Map<String, Value> {
         let request = self.request;
         let mut map = Map::new();
@@ -82,7 +84,8 @@ impl Settings<'_> {
         map
     }
 
-    /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the scene. Parts of one render agree in it.
+    /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the
+    /// scene. Parts of one render agree in it.
     pub(crate) fn identity(&self, scene_digest: &str) -> Map<String, Value> {
         let mut map = object(json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -117,7 +120,8 @@ fn object(value: Value) -> Map<String, Value> {
     }
 }
 
-/// The command that repeats a render of `passes` passes with identical bits, independent of what ended it.
+/// The command that repeats a render of `passes` passes with identical bits, independent of what
+/// ended it.
 pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     let mut words = vec!["manylight".to_owned(), "render".into()];
     words.push(request.scene.display().to_string());

@@ -106,7 +106,8 @@ impl RenderReport<'_> {
         )
     }
 
-    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage `write` is not known yet.
+    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage
+    /// `write` is not known yet.
     pub(crate) fn metadata(&self) -> Vec<(String, String)> {
         let request = self.settings.request;
         let mut entries = vec![
@@ -135,7 +136,8 @@ impl RenderReport<'_> {
         entries
     }
 
-    /// Prints one line with the total time and the times of the longest stages; of all stages with `--verbose`.
+    /// Prints one line with the total time and the times of the longest stages; of all stages with
+    /// `--verbose`.
     pub(crate) fn print_times(&self, display: DisplayArgs) {
         let stages = self.stats.stages();
         let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();

@@ -96,7 +96,8 @@ impl RenderRequest {
         })
     }
 
-    /// The request of the command `maps`: one pass, and outputs with the names `files` in its folder.
+    /// The request of the command `maps`: one pass, and outputs with the names `files` in its
+    /// folder.
     ///
     /// # Errors
     /// A combination of options without a meaning.
@@ -164,7 +165,8 @@ impl RenderRequest {
     }
 }
 
-/// Default outputs: the name of the folder of the scene with `.exr` and `.png`, in the current folder.
+/// Default outputs: the name of the folder of the scene with `.exr` and `.png`, in the current
+/// folder.
 fn default_outputs(scene: &Path) -> Vec<PathBuf> {
     let absolute = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
     let folder = absolute.parent().and_then(Path::file_name);

@@ -1,4 +1,5 @@
-//! Wrong words of a command line as failures with a message and a suggestion, for programs that give options other than on a terminal.
+//! Wrong words of a command line as failures with a message and a suggestion, for programs that
+//! give options other than on a terminal.
 
 use crate::args::{Cli, Command, RenderArgs};
 use crate::failure::Failure;

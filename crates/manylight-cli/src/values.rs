@@ -206,7 +206,8 @@ pub(crate) struct Shard {
 }
 
 impl Shard {
-    /// The blocks of this share, out of `blocks`: consecutive ones, and as many in each share, up to one.
+    /// The blocks of this share, out of `blocks`: consecutive ones, and as many in each share, up
+    /// to one.
     pub(crate) fn range(self, blocks: u32) -> std::ops::Range<u32> {
         let start = |share: u32| {
             (u64::from(blocks) * u64::from(share) / u64::from(self.count.get())) as u32

@@ -1,7 +1,8 @@
 //! Denoising of rendered films by Open Image Denoise.
 //!
-//! The library is searched and loaded at run time ([`SearchPlaces`], [`Oidn`]), so that the renderer neither links nor ships it. What is
-//! filtered, and where the noisy image is kept, is decided in [`denoise_film`].
+//! The library is searched and loaded at run time ([`SearchPlaces`], [`Oidn`]), so that the
+//! renderer neither links nor ships it. What is filtered, and where the noisy image is kept, is
+//! decided in [`denoise_film`].
 //!
 //! # Layers
 //!

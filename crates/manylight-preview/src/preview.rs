@@ -24,7 +24,8 @@ enum Viewer {
 }
 
 impl Preview {
-    /// Starts the thread that connects to the viewer or serves the page. `None`, with a warning, if the system refuses that.
+    /// Starts the thread that connects to the viewer or serves the page. `None`, with a warning, if
+    /// the system refuses that.
     pub fn start(target: &PreviewTarget, info: RenderInfo, warn: Warn) -> Option<Self> {
         let viewer = match target {
             PreviewTarget::Tev(address) => {
@@ -57,7 +58,8 @@ impl Preview {
         }
     }
 
-    /// Shows the picture that `make` makes, if one is due and somebody may look. Never waits for the viewer.
+    /// Shows the picture that `make` makes, if one is due and somebody may look. Never waits for
+    /// the viewer.
     pub fn update(&mut self, make: impl FnOnce() -> Picture) {
         let start = Instant::now();
         if self.is_wanted() && self.pace.is_due(start) {

@@ -1,4 +1,5 @@
-//! The viewer that a user names: `tev`, `tev:HOST:PORT`, `browser` or `browser:PORT`; and how it warns.
+//! The viewer that a user names: `tev`, `tev:HOST:PORT`, `browser` or `browser:PORT`; and how it
+//! warns.
 
 use std::fmt;
 use std::net::Ipv6Addr;

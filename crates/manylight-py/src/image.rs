@@ -40,7 +40,8 @@ pub(crate) struct Image {
 }
 
 impl Image {
-    /// The image of a picture. `label` replaces the scene in its metadata, if the scene has no file that lasts.
+    /// The image of a picture. `label` replaces the scene in its metadata, if the scene has no file
+    /// that lasts.
     pub(crate) fn new(picture: Picture, interrupted: bool, label: Option<&str>) -> Self {
         let mut image = Image {
             passes: picture.passes,
@@ -126,8 +127,8 @@ fn borrowed<'py, D: numpy::ndarray::Dimension>(
     view: &numpy::ndarray::ArrayView<'_, f32, D>,
     owner: Bound<'py, PyAny>,
 ) -> Bound<'py, PyAny> {
-    // SAFETY: the array holds a reference to `owner`, an `Image`. It is frozen, so that its pixels neither move nor change, and the caller
-    // makes the array read-only before Python sees it.
+    // SAFETY: the array holds a reference to `owner`, an `Image`. It is frozen, so that its pixels
+    // neither move nor change, and the caller makes the array read-only before Python sees it.
     let array = unsafe { PyArray::borrow_from_array(view, owner) };
     array.into_any()
 }

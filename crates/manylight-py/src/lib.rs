@@ -1,8 +1,8 @@
 //! The native module of the Python package `manylight`.
 //!
-//! It is a thin layer: [`manylight_cli::embed`] renders, `image` shows pictures as numpy arrays, `errors` makes exceptions of failures.
-//! The public interface and its documentation are in the Python sources; names, defaults and help of options come from the command line
-//! (`options`).
+//! It is a thin layer: [`manylight_cli::embed`] renders, `image` shows pictures as numpy arrays,
+//! `errors` makes exceptions of failures. The public interface and its documentation are in the
+//! Python sources; names, defaults and help of options come from the command line (`options`).
 //!
 //! # Layers
 //!
@@ -37,7 +37,8 @@ fn seconds(py: Python<'_>, text: &str) -> PyResult<f64> {
         .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
 }
 
-/// Runs the command `manylight` with these words, the first of which is its name. Returns its exit code.
+/// Runs the command `manylight` with these words, the first of which is its name. Returns its exit
+/// code.
 #[pyfunction]
 fn run_command(py: Python<'_>, words: Vec<OsString>) -> u8 {
     py.detach(|| manylight_cli::run_command(words))

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 
-/// The options of a render by keyword, in the order of the help: (help, default or None, whether it belongs to loading the scene).
+/// The options of a render by keyword, in the order of the help: (help, default or None, whether it
+/// belongs to loading the scene).
 #[pyfunction]
 pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let options = PyDict::new(py);
@@ -25,7 +26,8 @@ pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(options)
 }
 
-/// The number of passes of a render; None if another limit ends it. `words` are options of `manylight render`.
+/// The number of passes of a render; None if another limit ends it. `words` are options of
+/// `manylight render`.
 #[pyfunction]
 pub(crate) fn pass_limit(py: Python<'_>, words: Vec<String>) -> PyResult<Option<u32>> {
     embed::pass_limit(&words).map_err(|failure| exception(py, &failure))

@@ -11,12 +11,13 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "glTF scenes")]
 pub(crate) struct GltfArgs {
-    /// Units of point, spot and directional lights. Default: lm for files of Blender's exporter, W for others.
+    /// Units of point, spot and directional lights. Default: lm for files of Blender's exporter, W
+    /// for others.
     #[arg(long, value_name = "UNITS", value_enum)]
     pub(crate) light_units: Option<Units>,
 
-    /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1. Default: none, or white if nothing
-    /// in the file emits light.
+    /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1.
+    /// Default: none, or white if nothing in the file emits light.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     #[serde(serialize_with = "written::path")]
     pub(crate) environment: Option<PathBuf>,

@@ -1,8 +1,9 @@
 //! The definition of the command line. `request` gives the options of `render` their meaning.
 //!
-//! An option is a field of a group: its doc comment is the help, `arg` says how it is read, `serde` how it is written. Reports, image
-//! files and the command that repeats a render write the groups of a request as they are (`repeat`), and Python's keywords are the names
-//! of the options. The options of virtual lights are rows of a table, `light_options`.
+//! An option is a field of a group: its doc comment is the help, `arg` says how it is read, `serde`
+//! how it is written. Reports, image files and the command that repeats a render write the groups
+//! of a request as they are (`repeat`), and Python's keywords are the names of the options. The
+//! options of virtual lights are rows of a table, `light_options`.
 
 mod gltf;
 mod inspect;

@@ -24,19 +24,21 @@ pub(crate) struct PartArgs {
     #[serde(skip)]
     pub(crate) checkpoint_every: Duration,
 
-    /// Continue from a checkpoint. The image has the same bits as without a break. If FILE is also that of --checkpoint and does not exist
-    /// yet, the render starts from the beginning.
+    /// Continue from a checkpoint. The image has the same bits as without a break. If FILE is also
+    /// that of --checkpoint and does not exist yet, the render starts from the beginning.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     #[serde(skip)]
     pub(crate) resume: Option<PathBuf>,
 
-    /// Render the blocks of passes of share I of N (from 1), and write them to the part file -o, for `manylight merge`.
+    /// Render the blocks of passes of share I of N (from 1), and write them to the part file -o,
+    /// for `manylight merge`.
     #[arg(long, value_name = "I/N", value_parser = values::shard, conflicts_with_all = ["checkpoint", "resume", "denoise", "preview"])]
     #[serde(skip)]
     pub(crate) shard: Option<Shard>,
 
-    /// Passes of a block, a multiple of 8. Shares consist of whole blocks; sums of blocks are added in their order, so that another number
-    /// changes the rounding of the image. A part file holds all blocks of its share.
+    /// Passes of a block, a multiple of 8. Shares consist of whole blocks; sums of blocks are added
+    /// in their order, so that another number changes the rounding of the image. A part file holds
+    /// all blocks of its share.
     #[arg(long, value_name = "N", value_parser = values::block, default_value_t = DEFAULT_BLOCK)]
     pub(crate) block: NonZeroU32,
 }

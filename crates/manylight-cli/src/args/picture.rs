@@ -17,7 +17,8 @@ pub(crate) struct PictureArgs {
     #[serde(skip)]
     pub(crate) file: FileArgs,
 
-    /// More layers in exr files, separated by commas; the method aov has all of them: position; object and material, as Cryptomatte.
+    /// More layers in exr files, separated by commas; the method aov has all of them: position;
+    /// object and material, as Cryptomatte.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     #[serde(serialize_with = "written::list")]
     pub(crate) aov: Vec<Aov>,
@@ -31,7 +32,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
     pub(crate) exposure: f32,
 
-    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral, agx is the AgX of Blender.
+    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral,
+    /// agx is the AgX of Blender.
     #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
     #[serde(serialize_with = "written::word")]
     pub(crate) view: View,

@@ -26,8 +26,9 @@ pub(crate) struct RenderArgs {
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
-    /// Image file; the extension selects the format: exr (linear values, all layers, settings), png or jpg (sRGB), hdr, pfm. May be repeated.
-    /// Default: the name of the folder of the scene with .exr and .png, in the current folder.
+    /// Image file; the extension selects the format: exr (linear values, all layers, settings), png
+    /// or jpg (sRGB), hdr, pfm. May be repeated. Default: the name of the folder of the scene with
+    /// .exr and .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
 
@@ -39,8 +40,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
 
-    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M. Default: what the machine or its control group has
-    /// left.
+    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M. Default: what
+    /// the machine or its control group has left.
     #[arg(
         long,
         value_name = "SIZE",
@@ -78,8 +79,9 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) gltf: GltfArgs,
 
-    /// Show the picture while it grows: in the viewer tev (tev, tev:HOST:PORT; default 127.0.0.1:14158), or in a browser on this machine, at an
-    /// address that is printed (browser, browser:PORT; default: any free port).
+    /// Show the picture while it grows: in the viewer tev (tev, tev:HOST:PORT; default
+    /// 127.0.0.1:14158), or in a browser on this machine, at an address that is printed (browser,
+    /// browser:PORT; default: any free port).
     #[arg(long, value_name = "VIEWER", help_heading = "Display")]
     pub(crate) preview: Option<PreviewTarget>,
 
@@ -96,7 +98,8 @@ pub(crate) struct PathArgs {
     #[serde(skip)]
     pub(crate) method: &'static Preset,
 
-    /// Longest path, counted as in Mitsuba: 1 = emission only, 2 = direct light, -1 = no limit. Default: the limit of the scene.
+    /// Longest path, counted as in Mitsuba: 1 = emission only, 2 = direct light, -1 = no limit.
+    /// Default: the limit of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
     pub(crate) max_depth: Option<MaxDepth>,
 
@@ -109,7 +112,8 @@ pub(crate) struct PathArgs {
     #[serde(serialize_with = "written::defines")]
     pub(crate) defines: Vec<(String, String)>,
 
-    /// Seed of the random numbers. Images with the same seed are identical to the bit, for any number of threads.
+    /// Seed of the random numbers. Images with the same seed are identical to the bit, for any
+    /// number of threads.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = values::seed)]
     pub(crate) seed: u64,
 }
@@ -142,7 +146,8 @@ pub(crate) struct BudgetArgs {
     #[arg(long, visible_alias = "spp", value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) passes: Option<NonZeroU32>,
 
-    /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time for loading the scene.
+    /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time
+    /// for loading the scene.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub(crate) time: Option<Duration>,
 
@@ -171,11 +176,13 @@ impl BudgetArgs {
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Denoising")]
 pub(crate) struct DenoiseArgs {
-    /// Denoise the image at the end. In exr files, R, G, B are then denoised, and noisy.R, noisy.G, noisy.B are the image with its noise.
+    /// Denoise the image at the end. In exr files, R, G, B are then denoised, and noisy.R, noisy.G,
+    /// noisy.B are the image with its noise.
     #[arg(long, value_name = "NAME", value_enum)]
     pub(crate) denoise: Option<Denoiser>,
 
-    /// Library file of Open Image Denoise. Default: searched in the folder OIDN_DIR, in the Python package pyoidn, and in the folders of the system.
+    /// Library file of Open Image Denoise. Default: searched in the folder OIDN_DIR, in the Python
+    /// package pyoidn, and in the folders of the system.
     #[arg(long, value_name = "FILE", requires = "denoise", value_hint = ValueHint::FilePath)]
     #[serde(serialize_with = "written::path")]
     pub(crate) oidn_lib: Option<PathBuf>,
@@ -198,7 +205,8 @@ pub(crate) struct CameraArgs {
     #[serde(serialize_with = "written::size")]
     pub(crate) size: Option<UVec2>,
 
-    /// Part of the image to render, in fractions of its width and height from the upper left corner.
+    /// Part of the image to render, in fractions of its width and height from the upper left
+    /// corner.
     #[arg(long, value_name = "x0,x1,y0,y1", value_parser = values::crop)]
     pub(crate) crop: Option<Crop>,
 

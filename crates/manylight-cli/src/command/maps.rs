@@ -1,4 +1,5 @@
-//! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as images.
+//! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as
+//! images.
 
 use super::render::open;
 use crate::args::{DisplayArgs, MapsArgs};

@@ -30,10 +30,12 @@ enum Content {
 }
 
 impl HeldScene {
-    /// Loads a scene. `words` are its file, and those options of `manylight render` that belong to loading.
+    /// Loads a scene. `words` are its file, and those options of `manylight render` that belong to
+    /// loading.
     ///
     /// # Errors
-    /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a warning.
+    /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a
+    /// warning.
     pub fn load(words: Vec<String>) -> Result<Self, Failure> {
         let request = request(&words, &[])?;
         let options = LoadOptions {
@@ -68,7 +70,8 @@ impl HeldScene {
     /// A session that renders this scene. `words` are options of `manylight render`.
     ///
     /// # Errors
-    /// An option is wrong or contradicts another, the scene has no such camera, or it is being rendered with another camera or film.
+    /// An option is wrong or contradicts another, the scene has no such camera, or it is being
+    /// rendered with another camera or film.
     pub fn session(&self, words: &[String]) -> Result<Session, Failure> {
         let request = request(&self.words, words)?;
         let (pool, stats) = (thread_pool(request.run.threads())?, Stats::default());

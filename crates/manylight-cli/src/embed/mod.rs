@@ -1,6 +1,7 @@
 //! Renders for programs that keep scenes and pictures in memory, such as the Python package.
 //!
-//! Settings are words of the command line of `manylight render`, so that both doors have the same names, defaults and messages.
+//! Settings are words of the command line of `manylight render`, so that both doors have the same
+//! names, defaults and messages.
 
 mod held_scene;
 mod maps;

@@ -75,7 +75,8 @@ impl Session {
     /// Renders a picture, and denoises it if that is asked for.
     ///
     /// # Errors
-    /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from is not one of this render.
+    /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from
+    /// is not one of this render.
     pub fn render(
         &self,
         interrupt: &Interrupt,

@@ -107,7 +107,8 @@ impl Resumed {
     /// What `request` asks to continue with.
     ///
     /// # Errors
-    /// The checkpoint cannot be read, is damaged, or is one of another render, or the render is complete.
+    /// The checkpoint cannot be read, is damaged, or is one of another render, or the render is
+    /// complete.
     pub(crate) fn load(
         request: &RenderRequest,
         job: &RenderJob,
@@ -138,7 +139,8 @@ impl Resumed {
         Ok(Resumed { film, state })
     }
 
-    /// Renders the passes of `job` that follow, and keeps checkpoints if `session` asks for them. Also says whether the last one was written.
+    /// Renders the passes of `job` that follow, and keeps checkpoints if `session` asks for them.
+    /// Also says whether the last one was written.
     pub(crate) fn render(
         self,
         session: &Session,

@@ -1,4 +1,5 @@
-//! Figures that the docs quote are those of the code. A comment behind a figure names what it is, which no reader of the page sees:
+//! Figures that the docs quote are those of the code. A comment behind a figure names what it is,
+//! which no reader of the page sees:
 //!
 //! | mark | value |
 //! |---|---|
@@ -75,7 +76,8 @@ fn evaluate(expression: &str) -> Option<f64> {
     number(expression)
 }
 
-/// The settings of each preset, from `manylight list methods`: a line with its name, and one with its options.
+/// The settings of each preset, from `manylight list methods`: a line with its name, and one with
+/// its options.
 fn presets() -> BTreeMap<String, BTreeMap<String, String>> {
     let listed = Folder::new("")
         .run("list methods")
@@ -108,7 +110,8 @@ fn option_default(help: &str, option: &str) -> Option<String> {
     Some(value.split(']').next()?.to_owned())
 }
 
-/// What stands before a mark: the last word, or a number with its groups of digits; without the signs of Markdown.
+/// What stands before a mark: the last word, or a number with its groups of digits; without the
+/// signs of Markdown.
 fn quoted(before: &str) -> String {
     let text = before.trim_end_matches(['*', '`', ')']);
     let text = text.trim_end();

@@ -11,10 +11,12 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Reads the plan at `path` and checks its names. `scale` selects one of its scales, by default the first.
+/// Reads the plan at `path` and checks its names. `scale` selects one of its scales, by default the
+/// first.
 ///
 /// # Errors
-/// The file cannot be read, is not a plan, refers to something that it or `program` does not define, or has no such scale.
+/// The file cannot be read, is not a plan, refers to something that it or `program` does not
+/// define, or has no such scale.
 pub fn load_plan(
     path: &Path,
     scale: Option<&str>,
@@ -65,8 +67,8 @@ struct ScaleSection {
     scales: Vec<PlanScale>,
 }
 
-/// Fills in the placeholders of a plan for the scale `asked`, or for its first scale. Returns the new text and the name of the scale; a plan
-/// without scales is unchanged.
+/// Fills in the placeholders of a plan for the scale `asked`, or for its first scale. Returns the
+/// new text and the name of the scale; a plan without scales is unchanged.
 ///
 /// # Errors
 /// The text is no JSON object, has no such scale, or the scale has an invalid name or value.
@@ -115,7 +117,8 @@ fn unknown(text: &PlanText, name: &str, scales: &[PlanScale]) -> PlanError {
     text.problem("scales", format!("the plan has no scale `{name}`"), help)
 }
 
-/// Checks that scenes, methods and tasks have distinct, valid names, and that tasks and ratios refer to existing ones.
+/// Checks that scenes, methods and tasks have distinct, valid names, and that tasks and ratios
+/// refer to existing ones.
 ///
 /// # Errors
 /// The first problem, with its place in the plan.

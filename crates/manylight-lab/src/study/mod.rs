@@ -2,8 +2,10 @@
 //!
 //! A plan is a JSON file, described in `docs/study/README.md`. The modules, in reading order:
 //!
-//! * [`StudyPlan`], [`load_plan`]: scenes, methods, tasks and ratios, read at one of the plan's scales and checked.
-//! * [`RenderInterface`]: what a study must know of the options of the program that renders. The program implements it.
+//! * [`StudyPlan`], [`load_plan`]: scenes, methods, tasks and ratios, read at one of the plan's
+//!   scales and checked.
+//! * [`RenderInterface`]: what a study must know of the options of the program that renders. The
+//!   program implements it.
 //! * [`plan_runs`], [`select_runs`]: the single renders of a plan.
 //! * [`Runner`]: makes a run as a child process and compares its image with the reference.
 //! * [`Record`], [`Results`]: the result of a run, and one file per result.

@@ -19,7 +19,8 @@ impl<'s> Renderer<'s> {
     /// `method`, before its first pass.
     ///
     /// # Panics
-    /// The settings of a many-light method contradict each other: [`ManyLight::check`](super::ManyLight::check).
+    /// The settings of a many-light method contradict each other:
+    /// [`ManyLight::check`](super::ManyLight::check).
     pub fn new(scene: &'s Scene, method: Method) -> Self {
         if let MethodKind::ManyLight(settings) = &method.kind
             && let Err(contradiction) = settings.check()
@@ -33,7 +34,8 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the seed and its index.
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the
+    /// seed and its index.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
         if let MethodKind::ManyLight(settings) = &mut self.method.kind {

@@ -1,13 +1,16 @@
-//! The settings of a many-light method: the numbers and axes of [`ManyLight`], what contradicts itself, and the named methods.
+//! The settings of a many-light method: the numbers and axes of [`ManyLight`], what contradicts
+//! itself, and the named methods.
 //!
-//! A named method is a choice on each axis; all combinations exist, but for a few that contradict themselves. In words:
-//! docs/many_light.md. The axes [`Kernel`] and [`Strategy`] belong to [`crate::gather`].
+//! A named method is a choice on each axis; all combinations exist, but for a few that contradict
+//! themselves. In words: docs/many_light.md. The axes [`Kernel`] and [`Strategy`] belong to
+//! [`crate::gather`].
 
 use crate::gather::{CutLimits, Kernel, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 use std::fmt;
 
-/// Indirect light from virtual lights: the number of particles and lights, and a choice on each axis.
+/// Indirect light from virtual lights: the number of particles and lights, and a choice on each
+/// axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ManyLight {
     /// Virtual lights that a pass shades with.
@@ -34,13 +37,13 @@ pub struct ManyLight {
     pub compensation: Compensation,
     /// The lights of successive passes.
     pub resampling: Resampling,
-    /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light, relative to the mean over the lights
-    /// of a pass. 0: no roulette.
+    /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light,
+    /// relative to the mean over the lights of a pass. 0: no roulette.
     pub roulette: f32,
     /// Emitter samples per direction at the first gather points.
     pub emitter_samples: u32,
-    /// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided; one with
-    /// [`Strategy::Cuts`].
+    /// Camera paths that a pixel starts with in a pass, among which its lights and directions are
+    /// divided; one with [`Strategy::Cuts`].
     pub camera_paths: u32,
     /// How `light_count`, `photon_paths`, `roulette`, `emitter_samples` and `camera_paths` are set.
     pub effort: Effort,
@@ -60,9 +63,11 @@ pub enum Placement {
 /// The flux of a virtual light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FluxRule {
-    /// Flux of the light's photon over the probability of having been kept: the paper's rule, as we read it.
+    /// Flux of the light's photon over the probability of having been kept: the paper's rule, as we
+    /// read it.
     Density,
-    /// Flux of all photons that are nearer to the light than to any other light of the same surface.
+    /// Flux of all photons that are nearer to the light than to any other light of the same
+    /// surface.
     Partition,
 }
 
@@ -71,7 +76,8 @@ pub enum FluxRule {
 pub enum EmissionKind {
     /// The reflection of one photon.
     Single,
-    /// The reflection of all photons of a cluster: the diffuse part exactly, the glossy part in this form.
+    /// The reflection of all photons of a cluster: the diffuse part exactly, the glossy part in
+    /// this form.
     Rich(GlossyForm),
 }
 
@@ -110,8 +116,9 @@ pub enum ClampRule {
 pub enum Compensation {
     /// None: the image lacks that light.
     None,
-    /// Directions sampled at the shading point, continued in proportion to the clamped fraction, after Kollig and Keller.
-    /// Photons add what low-roughness lobes reflect from emitters, which directions would rarely find.
+    /// Directions sampled at the shading point, continued in proportion to the clamped fraction,
+    /// after Kollig and Keller. Photons add what low-roughness lobes reflect from emitters, which
+    /// directions would rarely find.
     KolligKeller,
 }
 
@@ -120,8 +127,8 @@ pub enum Compensation {
 pub enum Resampling {
     /// New lights in each pass, which represent the same area in all passes.
     New,
-    /// New lights in each pass, which represent a smaller area from pass to pass. The mean over passes converges to the
-    /// right image.
+    /// New lights in each pass, which represent a smaller area from pass to pass. The mean over
+    /// passes converges to the right image.
     Progressive,
 }
 
@@ -225,8 +232,9 @@ impl ManyLight {
         }
     }
 
-    /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point start with one path: four cuts were
-    /// no better at equal time (relMSE of one against four: Kitchen 0.044 after 45 s, 0.048 after 42 s).
+    /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point
+    /// start with one path: four cuts were no better at equal time (relMSE of one against four:
+    /// Kitchen 0.044 after 45 s, 0.048 after 42 s).
     pub(super) fn started_paths(&self) -> u32 {
         match self.strategy {
             Strategy::All | Strategy::Bidirectional(_) => self.camera_paths,
@@ -235,31 +243,37 @@ impl ManyLight {
     }
 }
 
-/// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights, since a cut grows slowly with the
-/// number of lights.
+/// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights,
+/// since a cut grows slowly with the number of lights.
 const CUT_LIGHTS: u32 = 16_384;
-/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8 passes at 160x90: the variance of direct
-/// light falls by 1.5 and 2.1 times in the Kitchen, 1.7 and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2,
-/// and in the CBox, which has one lamp, 20 %.
+/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8
+/// passes at 160x90: the variance of direct light falls by 1.5 and 2.1 times in the Kitchen, 1.7
+/// and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2, and in the CBox,
+/// which has one lamp, 20 %.
 const EMITTER_SAMPLES: u32 = 2;
-/// Camera paths that a pixel starts with in a pass. With one path, edges and textures were most of the noise of a pass.
+/// Camera paths that a pixel starts with in a pass. With one path, edges and textures were most of
+/// the noise of a pass.
 const CAMERA_PATHS: u32 = 4;
-/// Threshold of roulette before shadow rays. Measured at 0, 2 and 4, over 4 passes at 160x90: variance times time is 1, 0.93 and 0.87 in
-/// the Kitchen, 1, 0.93 and 0.88 in the Garage, 1, 1.00 and 1.15 in the CBox.
+/// Threshold of roulette before shadow rays. Measured at 0, 2 and 4, over 4 passes at 160x90:
+/// variance times time is 1, 0.93 and 0.87 in the Kitchen, 1, 0.93 and 0.88 in the Garage, 1, 1.00
+/// and 1.15 in the CBox.
 const ROULETTE: f32 = 2.0;
-/// Texels along an edge of a table. Measured at 32, 48, 64 and 128, over 8 passes of 512 lights with the same photons at 160x90: the
-/// mean of the U-Shape, where light grazes walls, is 0, 0.5, 0.6 and 0.7 % brighter, and variance times time is 1, 1.04 and 1.20 there
-/// (32, 48, 64), 1, 1.00 and 1.03 in the Kitchen, 1, 1.01 and 1.05 in the Garage.
+/// Texels along an edge of a table. Measured at 32, 48, 64 and 128, over 8 passes of 512 lights
+/// with the same photons at 160x90: the mean of the U-Shape, where light grazes walls, is 0, 0.5,
+/// 0.6 and 0.7 % brighter, and variance times time is 1, 1.04 and 1.20 there (32, 48, 64), 1, 1.00
+/// and 1.03 in the Kitchen, 1, 1.01 and 1.05 in the Garage.
 const TABLE_SIDE: u32 = 48;
 /// Von Mises-Fisher lobes of a light, as in the paper (Simon, Hanika, Dachsbacher 2015).
 const DEFAULT_LOBES: u32 = 5;
 /// The tables of the talk of 2015, and of lightcuts, which keep many of them.
 const PAPER_TABLES: EmissionKind = EmissionKind::table(32);
-/// Least photon paths per virtual light, for presets with many lights and for numbers of lights on request. With this many, the noise of
-/// the photon fluxes is expected to be below the noise of the light positions; no measurement is recorded. More paths take longer.
+/// Least photon paths per virtual light, for presets with many lights and for numbers of lights on
+/// request. With this many, the noise of the photon fluxes is expected to be below the noise of the
+/// light positions; no measurement is recorded. More paths take longer.
 pub const PHOTON_PATHS_PER_LIGHT: u32 = 64;
-/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: with 200, 400 and 1000 pairs, the relative variance
-/// of virtual lights is 0.018, 0.0046 and 0.0031, and a render takes 35, 57 and 91 s of processor time.
+/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: with 200, 400 and
+/// 1000 pairs, the relative variance of virtual lights is 0.018, 0.0046 and 0.0031, and a render
+/// takes 35, 57 and 91 s of processor time.
 const PRODUCT_CUT: u32 = 400;
 
 impl ManyLight {
@@ -285,7 +299,8 @@ impl ManyLight {
         }
     }
 
-    /// [`ManyLight::rich_vpl`] with lights, emitter samples and camera paths by the scene: the default of a render.
+    /// [`ManyLight::rich_vpl`] with lights, emitter samples and camera paths by the scene: the
+    /// default of a render.
     pub fn rich_vpl_by_scene() -> Self {
         ManyLight {
             effort: Effort::Measured,
@@ -293,8 +308,8 @@ impl ManyLight {
         }
     }
 
-    /// The method of the talk of 2015, as we read it: importance placement, density rule, 32 x 32 tables, points, one clamp
-    /// for all lights.
+    /// The method of the talk of 2015, as we read it: importance placement, density rule, 32 x 32
+    /// tables, points, one clamp for all lights.
     pub fn rich_vpl_paper() -> Self {
         ManyLight {
             flux: FluxRule::Density,
@@ -317,8 +332,8 @@ impl ManyLight {
         }
     }
 
-    /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy
-    /// Scenes", SIGGRAPH Asia 2009.
+    /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights
+    /// for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
     pub fn vsl() -> Self {
         ManyLight {
             kernel: Kernel::Sphere,
@@ -329,8 +344,8 @@ impl ManyLight {
         }
     }
 
-    /// Virtual point lights: photons kept with probability proportional to flux. Source: Keller, "Instant Radiosity",
-    /// SIGGRAPH 1997.
+    /// Virtual point lights: photons kept with probability proportional to flux. Source: Keller,
+    /// "Instant Radiosity", SIGGRAPH 1997.
     pub fn vpl() -> Self {
         ManyLight {
             placement: Placement::Uniform,
@@ -350,8 +365,8 @@ impl ManyLight {
         }
     }
 
-    /// Lightcuts of virtual point lights. Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination",
-    /// SIGGRAPH 2005.
+    /// Lightcuts of virtual point lights. Source: Walter et al., "Lightcuts: A Scalable Approach to
+    /// Illumination", SIGGRAPH 2005.
     pub fn lightcuts() -> Self {
         ManyLight {
             strategy: Strategy::Cuts(CutLimits::default()),
@@ -372,8 +387,9 @@ impl ManyLight {
         }
     }
 
-    /// Bidirectional lightcuts of Rich-VPLs: a cut through the pairs of the gather points of a pixel and the lights of a group of
-    /// passes. Source: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
+    /// Bidirectional lightcuts of Rich-VPLs: a cut through the pairs of the gather points of a
+    /// pixel and the lights of a group of passes. Source: Walter, Khungurn, Bala, "Bidirectional
+    /// Lightcuts", SIGGRAPH 2012.
     pub fn bidirectional_lightcuts() -> Self {
         ManyLight {
             strategy: Strategy::Bidirectional(CutLimits {
