@@ -1,6 +1,7 @@
-//! Handling of SIGINT, SIGTERM, and SIGHUP (the terminal was closed): the first signal ends the render with an image, the second ends the
-//! program at once, or when a file that is being written is complete. The third signal does not wait for that file. While the image is
-//! denoised, one signal more writes it with its noise.
+//! Handling of SIGINT, SIGTERM, and SIGHUP (the terminal was closed): the first signal ends the
+//! render with an image, the second ends the program at once, or when a file that is being written
+//! is complete. The third signal does not wait for that file. While the image is denoised, one
+//! signal more writes it with its noise.
 
 use crate::failure::Failure;
 #[cfg(unix)]
@@ -75,7 +76,8 @@ impl Interrupt {
         self.cancel.store(true, Ordering::Relaxed);
     }
 
-    /// Ends the program when a file that is being written is complete; at once when it is called again.
+    /// Ends the program when a file that is being written is complete; at once when it is called
+    /// again.
     #[cfg(unix)]
     fn end(&self, code: i32) {
         if self.ending.swap(true, Ordering::Relaxed) {
@@ -103,7 +105,8 @@ impl Interrupt {
         &self.cancel
     }
 
-    /// Runs `work`, which denoises. A second signal does not end the program meanwhile, but makes the argument of `work` true.
+    /// Runs `work`, which denoises. A second signal does not end the program meanwhile, but makes
+    /// the argument of `work` true.
     pub(crate) fn denoising<T>(&self, work: impl FnOnce(&AtomicBool) -> T) -> T {
         self.denoising.store(true, Ordering::Relaxed);
         let result = work(&self.skip_denoising);
@@ -124,8 +127,8 @@ impl Interrupt {
     }
 }
 
-/// Makes the system report a file that exceeds the limit of the user as an error. By default it kills the program, and a file that is being
-/// written would stay.
+/// Makes the system report a file that exceeds the limit of the user as an error. By default it
+/// kills the program, and a file that is being written would stay.
 #[cfg(unix)]
 pub(crate) fn survive_file_limit() {
     // Without it, such a file kills the program as before.

@@ -1,15 +1,35 @@
-//! The front end of the renderer `manylight`: the command of that name, and the same renders for programs that keep scenes and
-//! pictures in memory ([`embed`]).
+//! The front end of the renderer `manylight`: the command of that name, and the same renders for
+//! programs that keep scenes and pictures in memory ([`embed`]).
 //!
-//! `args` defines the command line, `request` gives the options of `render` their meaning, and `command` has one file per subcommand.
-//! `session` is a scene with the settings of a render, `picture` makes image files of a film, `part` the files of shares and checkpoints.
+//! `args` and `light_options` define the command line, `request` gives the options of `render`
+//! their meaning, and `command` has one file per subcommand. `session` is a scene with the settings
+//! of a render, `picture` makes image files of a film, `part` the files of shares and checkpoints.
 //! Data goes to standard output, messages go to standard error.
+//!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//! 10 command embed
+//!  9 prepared
+//!  8 part
+//!  7 session memory
+//!  6 report
+//!  5 repeat study_interface
+//!  4 request picture progress usage
+//!  3 args method
+//!  2 preset
+//!  1 light_options output interrupt
+//!  0 failure names values
+//! ```
 
 mod args;
 mod command;
 pub mod embed;
 mod failure;
 mod interrupt;
+mod light_options;
 mod memory;
 mod method;
 mod names;
@@ -24,6 +44,7 @@ mod report;
 mod request;
 mod session;
 mod study_interface;
+mod usage;
 mod values;
 
 pub use failure::Failure;
@@ -35,7 +56,8 @@ use clap::Parser;
 use output::print_message;
 use std::ffi::OsString;
 
-/// Selects the instruction set that the environment variable `MANYLIGHT_SIMD` names, if it is set. Call it before anything is rendered.
+/// Selects the instruction set that the environment variable `MANYLIGHT_SIMD` names, if it is set.
+/// Call it before anything is rendered.
 ///
 /// # Errors
 /// The machine lacks these instructions.

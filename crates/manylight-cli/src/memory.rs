@@ -1,4 +1,5 @@
-//! The estimated memory of a render, against a limit: that of `--memory-limit`, or what the machine has left.
+//! The estimated memory of a render, against a limit: that of `--memory-limit`, or what the machine
+//! has left.
 
 use crate::failure::Failure;
 use crate::output::human_bytes;
@@ -33,7 +34,8 @@ impl Surroundings {
     }
 }
 
-/// Refuses a render with an estimated memory above `limit`, or above what the machine has left if there is no limit.
+/// Refuses a render with an estimated memory above `limit`, or above what the machine has left if
+/// there is no limit.
 pub(crate) fn check_memory(
     limit: Option<u64>,
     job: &RenderJob,
@@ -91,7 +93,8 @@ pub(crate) fn check_memory(
     ))
 }
 
-/// What the allocator keeps of the passes when they have ended: the lists of photons of tasks, one of two copies.
+/// What the allocator keeps of the passes when they have ended: the lists of photons of tasks, one
+/// of two copies.
 fn kept(of_passes: &[StageMemory]) -> Option<StageMemory> {
     let photons = of_passes.iter().find(|stage| stage.stage == "photons")?;
     Some(StageMemory {
@@ -118,8 +121,8 @@ fn remedy(stage: &StageMemory) -> &'static str {
     }
 }
 
-/// Memory that the process may still take, in bytes: the least of what the machine and the control group have left. `None` if the system
-/// does not tell.
+/// Memory that the process may still take, in bytes: the least of what the machine and the control
+/// group have left. `None` if the system does not tell.
 fn available_bytes() -> Option<u64> {
     let mut system = System::new();
     system.refresh_memory();
@@ -142,7 +145,7 @@ const ENCODED: f64 = 0.5;
 pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMemory {
     let size = job.scene.sensor.desc().film.crop_size;
     let pixels = u64::from(size.x) * u64::from(size.y);
-    if request.denoise.is_some() {
+    if request.denoise.denoise.is_some() {
         return StageMemory {
             stage: "denoiser",
             bytes: pixels.saturating_mul(DENOISER),

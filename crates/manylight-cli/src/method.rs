@@ -1,233 +1,126 @@
-//! The method of a render: a preset with the settings that options override. Contradictions are refused.
+//! The method of a render: a preset with the settings that options override. Contradictions are
+//! refused.
 
-use crate::args::LightArgs;
 use crate::failure::Failure;
-use crate::names::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
+use crate::light_options::{LightArgs, LightOption, MANY_LIGHT, PHOTON_MAP};
 use crate::preset::{self, Preset};
-use crate::values::LightCount;
+use manylight::integrators::MethodKind;
 use manylight::integrators::many_light::{
-    ClampRule, Compensation, CutLimits, Effort, EmissionKind, FluxRule, GlossyForm, Kernel,
-    ManyLight, Placement, Strategy, TableStorage,
+    ClampRule, Compensation, Contradiction, Effort, Kernel, ManyLight, PHOTON_PATHS_PER_LIGHT,
+    Strategy,
 };
-use manylight::integrators::{MethodKind, PhotonMap};
-
-/// Default lower bound of the photon paths per virtual light. With this many, the noise of the photon fluxes is expected to be below the noise
-/// of the light positions; no measurement is recorded. More paths take longer.
-const PHOTONS_PER_LIGHT: u32 = 64;
 
 /// The method of `preset` with the settings of `options`.
 ///
 /// # Errors
 /// A combination of settings without a meaning.
 pub(crate) fn method_kind(preset: &Preset, options: &LightArgs) -> Result<MethodKind, Failure> {
-    match (preset.kind)() {
-        MethodKind::ManyLight(method) => Ok(MethodKind::ManyLight(many_light(method, options)?)),
-        MethodKind::PhotonMap(method) => {
-            refuse_others(preset, options, &["photons"])?;
-            Ok(MethodKind::PhotonMap(PhotonMap {
-                photon_paths: options.photons.map_or(method.photon_paths, |n| n.get()),
-                ..method
-            }))
+    let mut kind = (preset.kind)();
+    match &mut kind {
+        MethodKind::ManyLight(method) => {
+            override_settings(method, MANY_LIGHT, preset, options)?;
+            follow(method, options);
+            method.check().map_err(contradiction)?;
         }
-        kind => {
-            refuse_others(preset, options, &[])?;
-            Ok(kind)
-        }
+        MethodKind::PhotonMap(method) => override_settings(method, PHOTON_MAP, preset, options)?,
+        _ => override_settings(&mut (), &[], preset, options)?,
     }
+    Ok(kind)
 }
 
-/// Refuses options of particles and virtual lights other than `allowed`.
-fn refuse_others(preset: &Preset, options: &LightArgs, allowed: &[&str]) -> Result<(), Failure> {
-    match first_given(options, allowed) {
-        None => Ok(()),
-        Some(option) => Err(Failure::usage(
-            format!("--{option} has no meaning for the method `{}`", preset.name),
-            format!("it belongs to {}", preset::names_with(option).join(", ")),
-        )),
+/// Sets the given options, and refuses those without a meaning.
+fn override_settings<M>(
+    method: &mut M,
+    table: &[LightOption<M>],
+    preset: &Preset,
+    given: &LightArgs,
+) -> Result<(), Failure> {
+    let is_foreign = |name: &&str| table.iter().all(|option| option.name != *name);
+    if let Some(name) = given.names().find(is_foreign) {
+        return Err(Failure::usage(
+            format!("--{name} has no meaning for the method `{}`", preset.name),
+            format!("it belongs to {}", preset::names_with(name).join(", ")),
+        ));
     }
-}
-
-/// The first given option of particles and virtual lights other than `allowed`.
-fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
-    let given = [
-        ("lights", options.lights.is_some()),
-        ("photons", options.photons.is_some()),
-        ("placement", options.placement.is_some()),
-        ("flux", options.flux.is_some()),
-        ("emission", options.emission.is_some()),
-        ("table-size", options.table_size.is_some()),
-        ("table-storage", options.table_storage.is_some()),
-        ("lobes", options.lobes.is_some()),
-        ("kernel", options.kernel.is_some()),
-        ("strategy", options.strategy.is_some()),
-        ("max-error", options.max_error.is_some()),
-        ("max-cut", options.max_cut.is_some()),
-        ("clamp", options.clamp.is_some()),
-        ("compensation", options.compensation.is_some()),
-        ("neighbors", options.neighbors.is_some()),
-        ("resampling", options.resampling.is_some()),
-    ];
-    given
+    for option in table {
+        if let Some(value) = given.get(option.name) {
+            let expected =
+                |expected| Failure::usage(format!("--{}: found '{value}'", option.name), expected);
+            (option.set)(method, value).map_err(expected)?;
+        }
+    }
+    for option in table
         .iter()
-        .find(|(name, given)| *given && !allowed.contains(name))
-        .map(|&(name, _)| name)
-}
-
-fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failure> {
-    let strategy = strategy(preset.strategy, options)?;
-    let (light_count, effort) = match options.lights {
-        Some(LightCount::Fixed(count)) => (count.get(), Effort::Fixed),
-        Some(LightCount::Auto) => (preset.light_count, Effort::Measured),
-        // A cut sums as many lights as its error asks for.
-        None if strategy != Strategy::All => (preset.light_count, Effort::Fixed),
-        None => (preset.light_count, preset.effort),
-    };
-    let photons = preset
-        .photon_paths
-        .max(light_count.saturating_mul(PHOTONS_PER_LIGHT));
-    // A sphere has no singularity.
-    let kernel = options.kernel.unwrap_or(preset.kernel);
-    let (clamp, compensation) = if kernel == Kernel::Sphere {
-        (ClampRule::None, Compensation::None)
-    } else {
-        (preset.clamp, preset.compensation)
-    };
-    let method = ManyLight {
-        light_count,
-        photon_paths: options.photons.map_or(photons, |n| n.get()),
-        placement: options.placement.unwrap_or(preset.placement),
-        flux: options.flux.unwrap_or(preset.flux),
-        emission: emission(preset.emission, options)?,
-        kernel,
-        strategy,
-        clamp: options.clamp.unwrap_or(clamp),
-        compensation: options.compensation.unwrap_or(compensation),
-        neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
-        resampling: options.resampling.unwrap_or(preset.resampling),
-        effort,
-        ..preset
-    };
-    check_axes(&method)?;
-    Ok(method)
-}
-
-fn strategy(preset: Strategy, options: &LightArgs) -> Result<Strategy, Failure> {
-    let preset_limits = preset.cut_limits().unwrap_or_default();
-    let limits = CutLimits {
-        max_error: options.max_error.unwrap_or(preset_limits.max_error),
-        max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
-    };
-    match options.strategy.unwrap_or(strategy_name(preset)) {
-        StrategyName::Lightcuts => Ok(Strategy::Cuts(limits)),
-        StrategyName::Bidirectional => Ok(Strategy::Bidirectional(limits)),
-        StrategyName::All => {
-            let given = [
-                ("max-error", options.max_error.is_some()),
-                ("max-cut", options.max_cut.is_some()),
-            ];
-            match given.iter().find(|(_, given)| *given) {
-                None => Ok(Strategy::All),
-                Some((option, _)) => Err(Failure::usage(
-                    format!("--{option} has no meaning for --strategy all"),
-                    "add --strategy lightcuts",
-                )),
-            }
-        }
-    }
-}
-
-fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, Failure> {
-    let kind = options.emission.unwrap_or(emission_name(preset));
-    let sizes = [
-        (
-            "table-size",
-            options.table_size.is_some(),
-            EmissionName::Table,
-        ),
-        (
-            "table-storage",
-            options.table_storage.is_some(),
-            EmissionName::Table,
-        ),
-        ("lobes", options.lobes.is_some(), EmissionName::Vmf),
-    ];
-    for (option, given, of) in sizes {
-        if given && kind != of {
-            let word = |kind| name_of(EMISSIONS, &kind).unwrap_or("unnamed");
+        .filter(|option| given.get(option.name).is_some())
+    {
+        let Some((other, word)) = option.needs else {
+            continue;
+        };
+        if (option.get)(method).is_none() {
+            let found = table.iter().find(|option| option.name == other);
+            let found = found
+                .and_then(|option| (option.get)(method))
+                .unwrap_or_default();
             return Err(Failure::usage(
-                format!("--{option} has no meaning for --emission {}", word(kind)),
-                format!("add --emission {}", word(of)),
+                format!("--{} has no meaning for --{other} {found}", option.name),
+                format!("add --{other} {word}"),
             ));
         }
     }
-    let (preset_side, preset_storage) = match preset {
-        EmissionKind::Rich(GlossyForm::Table { side, storage }) => (side, storage),
-        _ => (DEFAULT_TABLE_SIZE, TableStorage::default()),
-    };
-    Ok(match kind {
-        EmissionName::Single => EmissionKind::Single,
-        EmissionName::Table => EmissionKind::Rich(GlossyForm::Table {
-            side: options.table_size.unwrap_or(preset_side),
-            storage: options.table_storage.unwrap_or(preset_storage),
-        }),
-        EmissionName::Vmf => EmissionKind::Rich(GlossyForm::Lobes {
-            count: options.lobes.unwrap_or(DEFAULT_LOBES),
-        }),
-    })
+    Ok(())
 }
 
-/// Texels along an edge of emission tables for presets without tables. The size of the rich presets.
-const DEFAULT_TABLE_SIZE: u32 = 32;
+/// Changes the settings that follow from others, unless they are given.
+fn follow(method: &mut ManyLight, given: &LightArgs) {
+    let is_open = |name| given.get(name).is_none();
+    if is_open("photons") {
+        let least = method.light_count.saturating_mul(PHOTON_PATHS_PER_LIGHT);
+        method.photon_paths = method.photon_paths.max(least);
+    }
+    // A cut sums as many lights as its error asks for.
+    if is_open("lights") && method.strategy != Strategy::All {
+        method.effort = Effort::Fixed;
+    }
+    // A sphere has no singularity.
+    if method.kernel == Kernel::Sphere {
+        if is_open("clamp") {
+            method.clamp = ClampRule::None;
+        }
+        if is_open("compensation") {
+            method.compensation = Compensation::None;
+        }
+    }
+}
 
-/// Default number of von Mises-Fisher lobes, as in the paper (Simon, Hanika, Dachsbacher 2015).
-const DEFAULT_LOBES: u32 = 5;
-
-/// Refuses combinations of settings that contradict each other.
-fn check_axes(method: &ManyLight) -> Result<(), Failure> {
-    let sphere = method.kernel == Kernel::Sphere;
-    let relaxed = method.placement == Placement::Relaxed;
-    let (problem, help) = if relaxed && method.flux == FluxRule::Density {
-        (
+/// The failure of settings that contradict each other, in words of the options.
+fn contradiction(found: Contradiction) -> Failure {
+    let (options, remedy) = match found {
+        Contradiction::RelaxedDensity => (
             "--placement relaxed with --flux density",
-            "the flux by density needs the selection probability of each light, which is unknown after a relaxation; \
-             use --flux partition",
-        )
-    } else if sphere && method.strategy != Strategy::All {
-        (
+            "use --flux partition",
+        ),
+        Contradiction::SphereCut => (
             "--kernel sphere with --strategy lightcuts",
-            "the contribution of a cluster of spheres has no bound; use --kernel disc or point",
-        )
-    } else if sphere && method.clamp != ClampRule::None {
-        (
-            "--kernel sphere with --clamp",
-            "a sphere has no singularity; use --clamp none",
-        )
-    } else if sphere && method.compensation != Compensation::None {
-        (
+            "use --kernel disc or point",
+        ),
+        Contradiction::SphereClamp => ("--kernel sphere with --clamp", "use --clamp none"),
+        Contradiction::SphereCompensation => (
             "--kernel sphere with --compensation",
-            "without clamping there is no residual to compensate; use --compensation none",
-        )
-    } else if method.effort == Effort::Measured && method.strategy != Strategy::All {
-        (
+            "use --compensation none",
+        ),
+        Contradiction::MeasuredCut => (
             "--lights auto with --strategy lightcuts",
-            "a cut sums as many lights as its error asks for; give their number",
-        )
-    } else if is_bidirectional(method) && method.compensation != Compensation::KolligKeller {
-        (
+            "give their number",
+        ),
+        Contradiction::UncompensatedPairs => (
             "--strategy bidirectional without --compensation kollig-keller",
-            "camera paths are extended by the clamped residual; use --strategy lightcuts",
-        )
-    } else {
-        return Ok(());
+            "use --strategy lightcuts",
+        ),
     };
-    Err(Failure::usage(
-        format!("{problem} is a contradiction"),
-        help,
-    ))
-}
-
-fn is_bidirectional(method: &ManyLight) -> bool {
-    strategy_name(method.strategy) == StrategyName::Bidirectional
+    Failure::usage(
+        format!("{options} is a contradiction"),
+        format!("{}; {remedy}", found.reason()),
+    )
 }
 
 #[cfg(test)]
@@ -235,6 +128,7 @@ mod tests {
     use super::*;
     use crate::args::{Cli, Command};
     use clap::Parser;
+    use manylight::integrators::many_light::{EmissionKind, GlossyForm, Placement, TableStorage};
 
     fn method(words: &str) -> Result<MethodKind, Failure> {
         let all = ["manylight", "render"]
@@ -280,6 +174,8 @@ mod tests {
             let lobes = GlossyForm::Lobes { count };
             assert_eq!(method.emission, EmissionKind::Rich(lobes));
         }
+        let method = lights("s.xml -m vpl --emission table");
+        assert_eq!(method.emission, ManyLight::rich_vpl().emission);
         let method = lights("s.xml --photons 1000 -n 5000");
         assert_eq!(method.photon_paths, 1000);
         for (words, effort) in [

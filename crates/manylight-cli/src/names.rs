@@ -8,40 +8,82 @@ use manylight::integrators::many_light::{
 };
 use manylight_io::image::View;
 
-/// Names of values, in the order of the help.
-pub(crate) type Names<T> = [(&'static str, T)];
+/// A kind of values with a word for each.
+pub(crate) trait Named: Copy + PartialEq + Send + Sync + 'static {
+    /// Words and values, in the order of the help.
+    const NAMES: &'static [(&'static str, Self)];
+}
 
-/// Names of `--placement`.
-pub(crate) const PLACEMENTS: &Names<Placement> = &[
-    ("uniform", Placement::Uniform),
-    ("importance", Placement::Importance),
-    ("relaxed", Placement::Relaxed),
-];
+/// The words of a kind of values.
+pub(crate) fn words<T: Named>() -> Vec<&'static str> {
+    T::NAMES.iter().map(|&(word, _)| word).collect()
+}
 
-/// Names of `--flux`.
-pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
-    ("density", FluxRule::Density),
-    ("partition", FluxRule::Partition),
-];
+/// The value of a word.
+///
+/// # Errors
+/// The words that are known.
+pub(crate) fn value_of<T: Named>(word: &str) -> Result<T, String> {
+    let found = T::NAMES.iter().find(|(name, _)| *name == word);
+    let value = found.map(|&(_, value)| value);
+    value.ok_or_else(|| format!("expected one of {}", words::<T>().join(", ")))
+}
 
-/// Names of `--kernel`.
-pub(crate) const KERNELS: &Names<Kernel> = &[
-    ("point", Kernel::Point),
-    ("sphere", Kernel::Sphere),
-    ("disc", Kernel::Disc),
-];
+/// The word of a value.
+pub(crate) fn name_of<T: Named>(value: &T) -> Option<&'static str> {
+    T::NAMES
+        .iter()
+        .find(|(_, v)| v == value)
+        .map(|&(name, _)| name)
+}
 
-/// Names of `--resampling`.
-pub(crate) const RESAMPLINGS: &Names<Resampling> = &[
-    ("new", Resampling::New),
-    ("progressive", Resampling::Progressive),
-];
+/// Parser of the words of a kind of values; clap suggests the most similar one.
+pub(crate) fn one_of<T: Named>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words::<T>())
+        .map(|word| value_of(&word).expect("invariant: the parser accepts only words of the list"))
+}
 
-/// Names of `--compensation`.
-pub(crate) const COMPENSATIONS: &Names<Compensation> = &[
-    ("none", Compensation::None),
-    ("kollig-keller", Compensation::KolligKeller),
-];
+/// `--placement`.
+impl Named for Placement {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("uniform", Placement::Uniform),
+        ("importance", Placement::Importance),
+        ("relaxed", Placement::Relaxed),
+    ];
+}
+
+/// `--flux`.
+impl Named for FluxRule {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("density", FluxRule::Density),
+        ("partition", FluxRule::Partition),
+    ];
+}
+
+/// `--kernel`.
+impl Named for Kernel {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("point", Kernel::Point),
+        ("sphere", Kernel::Sphere),
+        ("disc", Kernel::Disc),
+    ];
+}
+
+/// `--resampling`.
+impl Named for Resampling {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("new", Resampling::New),
+        ("progressive", Resampling::Progressive),
+    ];
+}
+
+/// `--compensation`.
+impl Named for Compensation {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("none", Compensation::None),
+        ("kollig-keller", Compensation::KolligKeller),
+    ];
+}
 
 /// The kinds of [`EmissionKind`] without their parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,12 +96,14 @@ pub(crate) enum EmissionName {
     Vmf,
 }
 
-/// Names of `--emission`.
-pub(crate) const EMISSIONS: &Names<EmissionName> = &[
-    ("single", EmissionName::Single),
-    ("table", EmissionName::Table),
-    ("vmf", EmissionName::Vmf),
-];
+/// `--emission`.
+impl Named for EmissionName {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("single", EmissionName::Single),
+        ("table", EmissionName::Table),
+        ("vmf", EmissionName::Vmf),
+    ];
+}
 
 /// The kind of an emission.
 pub(crate) fn emission_name(kind: EmissionKind) -> EmissionName {
@@ -70,11 +114,13 @@ pub(crate) fn emission_name(kind: EmissionKind) -> EmissionName {
     }
 }
 
-/// Names of `--table-storage`.
-pub(crate) const TABLE_STORAGES: &Names<TableStorage> = &[
-    ("float", TableStorage::Float),
-    ("shared", TableStorage::Shared),
-];
+/// `--table-storage`.
+impl Named for TableStorage {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("float", TableStorage::Float),
+        ("shared", TableStorage::Shared),
+    ];
+}
 
 /// The kinds of [`Strategy`] without their parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,12 +133,14 @@ pub(crate) enum StrategyName {
     Bidirectional,
 }
 
-/// Names of `--strategy`.
-pub(crate) const STRATEGIES: &Names<StrategyName> = &[
-    ("all", StrategyName::All),
-    ("lightcuts", StrategyName::Lightcuts),
-    ("bidirectional", StrategyName::Bidirectional),
-];
+/// `--strategy`.
+impl Named for StrategyName {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("all", StrategyName::All),
+        ("lightcuts", StrategyName::Lightcuts),
+        ("bidirectional", StrategyName::Bidirectional),
+    ];
+}
 
 /// The kind of a strategy.
 pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
@@ -103,28 +151,32 @@ pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
     }
 }
 
-/// Names of `--filter`, with the default parameters of Mitsuba.
-pub(crate) const FILTERS: &Names<Filter> = &[
-    ("box", Filter::Box),
-    ("tent", Filter::Tent { radius: 1.0 }),
-    ("gaussian", Filter::Gaussian { stddev: 0.5 }),
-    (
-        "mitchell",
-        Filter::Mitchell {
-            b: 1.0 / 3.0,
-            c: 1.0 / 3.0,
-        },
-    ),
-    ("catmullrom", Filter::CatmullRom),
-    ("lanczos", Filter::Lanczos { lobes: 3.0 }),
-];
+/// `--filter`, with the default parameters of Mitsuba.
+impl Named for Filter {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("box", Filter::Box),
+        ("tent", Filter::Tent { radius: 1.0 }),
+        ("gaussian", Filter::Gaussian { stddev: 0.5 }),
+        (
+            "mitchell",
+            Filter::Mitchell {
+                b: 1.0 / 3.0,
+                c: 1.0 / 3.0,
+            },
+        ),
+        ("catmullrom", Filter::CatmullRom),
+        ("lanczos", Filter::Lanczos { lobes: 3.0 }),
+    ];
+}
 
-/// Names of `--view`.
-pub(crate) const VIEWS: &Names<View> = &[
-    ("standard", View::Standard),
-    ("neutral", View::Neutral),
-    ("agx", View::Agx),
-];
+/// `--view`.
+impl Named for View {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("standard", View::Standard),
+        ("neutral", View::Neutral),
+        ("agx", View::Agx),
+    ];
+}
 
 /// Naming of the layers of EXR files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -136,37 +188,18 @@ pub(crate) enum AovNames {
     Blender,
 }
 
-/// Names of `--aov-names`.
-pub(crate) const AOV_NAMES: &Names<AovNames> = &[
-    ("manylight", AovNames::Manylight),
-    ("blender", AovNames::Blender),
-];
-
-/// Parser of one of `names`; clap suggests the most similar name.
-pub(crate) fn one_of<T>(names: &'static Names<T>) -> impl TypedValueParser<Value = T>
-where
-    T: Copy + Send + Sync + 'static,
-{
-    PossibleValuesParser::new(names.iter().map(|&(name, _)| name)).map(|word| {
-        let found = names.iter().find(|&&(name, _)| name == word);
-        found
-            .expect("invariant: the parser accepts only names of the list")
-            .1
-    })
-}
-
-/// The name of `value`.
-pub(crate) fn name_of<T: PartialEq>(names: &Names<T>, value: &T) -> Option<&'static str> {
-    names
-        .iter()
-        .find(|(_, v)| v == value)
-        .map(|&(name, _)| name)
+/// `--aov-names`.
+impl Named for AovNames {
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("manylight", AovNames::Manylight),
+        ("blender", AovNames::Blender),
+    ];
 }
 
 /// The name of a filter, for any parameters.
 pub(crate) fn filter_name(filter: &Filter) -> &'static str {
     let same = |other: &Filter| std::mem::discriminant(other) == std::mem::discriminant(filter);
-    let found = FILTERS.iter().find(|(_, f)| same(f));
+    let found = Filter::NAMES.iter().find(|(_, f)| same(f));
     found.expect("invariant: every filter has a name").0
 }
 
@@ -176,8 +209,8 @@ mod tests {
 
     #[test]
     fn every_name_reads_back() {
-        assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
-        assert_eq!(name_of(TABLE_STORAGES, &TableStorage::Float), Some("float"));
+        assert_eq!(name_of(&Kernel::Disc), Some("disc"));
+        assert_eq!(name_of(&TableStorage::Float), Some("float"));
         assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
     }
 }

@@ -1,12 +1,8 @@
 //! Presets: the methods by name, with their settings.
 
 use crate::failure::Failure;
-use crate::names::{
-    COMPENSATIONS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS, STRATEGIES,
-    TABLE_STORAGES, emission_name, name_of, strategy_name,
-};
-use crate::values::clamp_name;
-use manylight::integrators::many_light::{Effort, EmissionKind, FluxRule, GlossyForm};
+use crate::light_options::settings;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
@@ -18,6 +14,13 @@ pub(crate) struct Preset {
     pub(crate) summary: &'static str,
     /// Its settings.
     pub(crate) kind: fn() -> MethodKind,
+}
+
+/// Presets differ in their names.
+impl PartialEq for Preset {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
 }
 
 /// All presets, the default first.
@@ -107,6 +110,15 @@ pub(crate) fn find(name: &str) -> Option<&'static Preset> {
     PRESETS.iter().find(|preset| preset.name == name)
 }
 
+/// Parser of the names of presets.
+pub(crate) fn parser() -> impl TypedValueParser<Value = &'static Preset> {
+    let names = PRESETS
+        .iter()
+        .map(|preset| PossibleValue::new(preset.name).help(preset.summary));
+    PossibleValuesParser::new(names)
+        .map(|name| find(&name).expect("invariant: the parser accepts presets alone"))
+}
+
 /// Names of the presets with the setting `--{option}`.
 pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
     let has_option = |preset: &&Preset| {
@@ -122,68 +134,11 @@ pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
 }
 
 /// The failure of a method without virtual lights.
-pub(crate) fn no_lights(method: &str) -> Failure {
+pub(crate) fn no_lights(method: &Preset) -> Failure {
     Failure::usage(
-        format!("the method `{method}` has no virtual lights"),
+        format!("the method `{}` has no virtual lights", method.name),
         format!("those with lights: {}", names_with("lights").join(", ")),
     )
-}
-
-/// The settings of a method as (option, value), in the order of the help; empty for methods without settings.
-pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
-    match kind {
-        MethodKind::ManyLight(method) => axes(method),
-        MethodKind::PhotonMap(method) => vec![("photons", method.photon_paths.to_string())],
-        _ => Vec::new(),
-    }
-}
-
-/// The number of lights as `--lights` takes it.
-fn light_count_name(method: &ManyLight) -> String {
-    match method.effort {
-        Effort::Fixed => method.light_count.to_string(),
-        Effort::Measured => "auto".into(),
-    }
-}
-
-/// The settings of a many-light method as (option, value).
-fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
-    let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
-    let emission = emission_name(method.emission);
-    let mut axes = vec![
-        ("lights", light_count_name(method)),
-        ("photons", method.photon_paths.to_string()),
-        ("placement", word(name_of(PLACEMENTS, &method.placement))),
-        ("flux", word(name_of(FLUX_RULES, &method.flux))),
-        ("emission", word(name_of(EMISSIONS, &emission))),
-    ];
-    match method.emission {
-        EmissionKind::Single => {}
-        EmissionKind::Rich(GlossyForm::Table { side, storage }) => axes.extend([
-            ("table-size", side.to_string()),
-            ("table-storage", word(name_of(TABLE_STORAGES, &storage))),
-        ]),
-        EmissionKind::Rich(GlossyForm::Lobes { count }) => {
-            axes.push(("lobes", count.to_string()));
-        }
-    }
-    axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
-    let strategy = strategy_name(method.strategy);
-    axes.push(("strategy", word(name_of(STRATEGIES, &strategy))));
-    if let Some(limits) = method.strategy.cut_limits() {
-        axes.push(("max-error", limits.max_error.to_string()));
-        axes.push(("max-cut", limits.max_lights.to_string()));
-    }
-    axes.push(("clamp", clamp_name(method.clamp)));
-    axes.push((
-        "compensation",
-        word(name_of(COMPENSATIONS, &method.compensation)),
-    ));
-    if method.flux == FluxRule::Density && method.emission != EmissionKind::Single {
-        axes.push(("neighbors", method.neighbors.to_string()));
-    }
-    axes.push(("resampling", word(name_of(RESAMPLINGS, &method.resampling))));
-    axes
 }
 
 #[cfg(test)]

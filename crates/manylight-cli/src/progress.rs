@@ -1,6 +1,7 @@
 //! Display of the progress of a render on standard error.
 //!
-//! The renderer only counts ([`Stats`]). A separate thread reads the counts several times a second and displays them.
+//! The renderer only counts ([`Stats`]). A separate thread reads the counts several times a second
+//! and displays them.
 
 use crate::args::{DisplayArgs, ProgressKind};
 use crate::output::{Console, human_time, print_message};
@@ -14,7 +15,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two readings of the counts. Shorter times make the display smoother and cost more processor time; not measured.
+/// Time between two readings of the counts. Shorter times make the display smoother and cost more
+/// processor time; not measured.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Time between two lines of a display without a bar.
@@ -52,7 +54,8 @@ fn draws_bars() -> bool {
     io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Runs `work` and displays its progress. `work` passes the observer to the renderer. Other threads print by `console` meanwhile.
+/// Runs `work` and displays its progress. `work` passes the observer to the renderer. Other threads
+/// print by `console` meanwhile.
 pub(crate) fn show<T: Send>(
     goal: ProgressGoal,
     stats: &Stats,
@@ -118,8 +121,9 @@ struct Snapshot {
 }
 
 impl Snapshot {
-    /// Finished passes plus the finished fraction of the current one. After a pass, the count of tiles stays at its maximum until the next
-    /// pass is shaded; the maximum therefore counts as zero.
+    /// Finished passes plus the finished fraction of the current one. After a pass, the count of
+    /// tiles stays at its maximum until the next pass is shaded; the maximum therefore counts as
+    /// zero.
     fn fractional_passes(&self) -> f64 {
         let tiles = self.tiles.max(1);
         self.passes as f64 + (self.tiles_done % tiles) as f64 / tiles as f64
@@ -142,7 +146,8 @@ impl Snapshot {
         Some(spent.clamp(0.0, 1.0))
     }
 
-    /// Estimated remaining time in seconds, in proportion to the elapsed time; `None` if it is not known.
+    /// Estimated remaining time in seconds, in proportion to the elapsed time; `None` if it is not
+    /// known.
     fn remaining(&self) -> Option<f64> {
         let fraction = self.fraction()?;
         (fraction > 0.0).then(|| self.elapsed * (1.0 - fraction) / fraction)

@@ -1,30 +1,15 @@
-//! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
+//! The settings of a render as text: for the JSON report, for the metadata of images, and as a
+//! command that repeats the render.
 
-use crate::args::{Denoiser, Units, environment_name};
-use crate::names::{AOV_NAMES, AovNames, FILTERS, VIEWS, filter_name, name_of};
-use crate::preset;
+use crate::light_options;
+use crate::names::filter_name;
 use crate::request::RenderRequest;
 use manylight::film::FilmDesc;
-use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::integrators::{Method, MethodKind};
 use manylight_denoise::Version;
-use manylight_io::image::View;
 use manylight_lab::text::quoted;
+use serde::Serialize;
 use serde_json::{Map, Value, json};
-
-/// Keys of settings that do not change the bits of the sums over passes.
-const NOT_DECIDING: &[&str] = &[
-    "passes",
-    "time",
-    "target_error",
-    "threads",
-    "exposure",
-    "view",
-    "aov_names",
-    "denoise",
-    "oidn_version",
-    "strict",
-];
 
 /// All settings of a render, including defaults and settings of the scene.
 #[derive(Debug)]
@@ -45,77 +30,70 @@ impl Settings<'_> {
     /// All settings as JSON. Keys are the names of the options, with underscores.
     pub(crate) fn to_json(&self) -> Map<String, Value> {
         let request = self.request;
-        let mut map = Map::new();
-        let mut put = |key: &str, value: Value| map.insert(key.replace('-', "_"), value);
-        for (name, value) in preset::settings(&request.kind) {
-            let number = value.parse::<u64>().map(Value::from);
-            put(name, number.unwrap_or(Value::String(value)));
-        }
-        match &request.kind {
-            MethodKind::ManyLight(method) => put("importons", method.importon_paths.into()),
-            MethodKind::PhotonMap(method) => put("neighbors", method.neighbors.into()),
-            _ => None,
-        };
-        let limits = self.method.limits;
-        put("max-depth", limits.max_depth.map_or(json!(-1), Value::from));
-        put("rr-depth", limits.rr_depth.into());
-        put("hide-emitters", limits.hide_emitters.into());
-        put("passes", json!(request.budget.passes));
-        put(
-            "time",
-            json!(request.budget.time.map(|time| time.as_secs_f64())),
-        );
-        put("target-error", json!(request.budget.relative_error));
-        put("size", json!(self.film.size.to_array()));
-        put("crop-offset", json!(self.film.crop_offset.to_array()));
-        put("crop-size", json!(self.film.crop_size.to_array()));
-        put("filter", filter_name(&self.film.filter).into());
-        put("sensor", request.sensor.into());
-        put("seed", request.seed.into());
-        put("block", request.block.get().into());
-        put("threads", self.threads.into());
-        let picture = &request.picture;
-        put("exposure", picture.file.exposure.into());
-        put("view", json!(name_of(VIEWS, &picture.file.view)));
-        put("aov", picture.aov_words().into());
-        put(
-            "aov-names",
-            json!(name_of(AOV_NAMES, &picture.file.aov_names)),
-        );
-        put("denoise", json!(request.denoise.map(denoiser_name)));
-        put(
-            "oidn-version",
-            json!(self.oidn.map(|version| version.to_string())),
-        );
-        put("strict", request.strict.into());
-        let defines = request
-            .defines
-            .iter()
-            .map(|(name, value)| (name.clone(), json!(value)));
-        put("defines", Value::Object(defines.collect()));
-        let gltf = &request.gltf;
-        put("light-units", json!(gltf.light_units.map(Units::name)));
-        put(
-            "environment",
-            json!(gltf.environment.as_ref().map(environment_name)),
-        );
-        put("environment-scale", json!(gltf.environment_scale));
-        put("variant", json!(gltf.variant));
+        let mut map = self.deciding();
+        map.extend(written(&request.run));
+        map.extend(written(&request.picture.file));
+        map.extend(written(&request.denoise));
+        map.shift_remove("oidn_lib");
+        map.extend(object(json!({
+            "passes": request.budget.passes,
+            "time": request.budget.time.map(|time| time.as_secs_f64()),
+            "target_error": request.budget.relative_error,
+            "threads": self.threads,
+            "oidn_version": self.oidn.map(|version| version.to_string()),
+        })));
         map
     }
 
-    /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the scene. Parts of one render agree in it.
-    pub(crate) fn identity(&self, scene_digest: &str) -> Map<String, Value> {
+    /// The settings that decide about the bits of the sums over passes: as the scene and the
+    /// options have them together.
+    fn deciding(&self) -> Map<String, Value> {
+        let request = self.request;
         let mut map = Map::new();
-        map.insert("version".into(), env!("CARGO_PKG_VERSION").into());
-        map.insert(
-            "instruction_set".into(),
-            manylight::instruction_set().into(),
-        );
-        map.insert("scene_sha256".into(), scene_digest.into());
-        map.insert("method".into(), self.request.method.into());
-        let deciding = |(key, _): &(String, Value)| !NOT_DECIDING.contains(&key.as_str());
-        map.extend(self.to_json().into_iter().filter(deciding));
+        for (name, value) in light_options::settings(&request.kind) {
+            let number = value.parse::<u64>().map(Value::from);
+            let value = number.unwrap_or(Value::String(value));
+            map.insert(name.replace('-', "_"), value);
+        }
+        match &request.kind {
+            MethodKind::ManyLight(method) => {
+                map.insert("importons".into(), method.importon_paths.into());
+            }
+            MethodKind::PhotonMap(method) => {
+                map.insert("neighbors".into(), method.neighbors.into());
+            }
+            _ => {}
+        }
+        map.extend(written(&request.paths));
+        map.extend(written(&request.camera));
+        map.extend(written(&request.parts));
+        map.extend(written(&request.picture));
+        map.extend(written(&request.gltf));
+        map.shift_remove("crop");
+        let (limits, film) = (self.method.limits, self.film);
+        map.extend(object(json!({
+            "max_depth": limits.max_depth.map_or(-1, i64::from),
+            "rr_depth": limits.rr_depth,
+            "hide_emitters": limits.hide_emitters,
+            "size": film.size.to_array(),
+            "crop_offset": film.crop_offset.to_array(),
+            "crop_size": film.crop_size.to_array(),
+            "filter": filter_name(&film.filter),
+            "environment_scale": request.gltf.options().environment_scale,
+        })));
+        map
+    }
+
+    /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the
+    /// scene. Parts of one render agree in it.
+    pub(crate) fn identity(&self, scene_digest: &str) -> Map<String, Value> {
+        let mut map = object(json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "instruction_set": manylight::instruction_set(),
+            "scene_sha256": scene_digest,
+            "method": self.request.paths.method.name,
+        }));
+        map.extend(self.deciding());
         map
     }
 
@@ -130,93 +108,73 @@ impl Settings<'_> {
     }
 }
 
-fn denoiser_name(denoiser: Denoiser) -> &'static str {
-    match denoiser {
-        Denoiser::Oidn => "oidn",
+/// The options of a group, with the names of its fields.
+pub(crate) fn written(group: &impl Serialize) -> Map<String, Value> {
+    object(serde_json::to_value(group).expect("invariant: every option can be written"))
+}
+
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(map) => map,
+        other => unreachable!("a group of options is an object: {other}"),
     }
 }
 
-/// The command that repeats a render of `passes` passes with identical bits, independent of what ended it.
+/// The command that repeats a render of `passes` passes with identical bits, independent of what
+/// ended it.
 pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
-    let mut words = vec![
-        "manylight".to_string(),
-        "render".into(),
-        request.scene.display().to_string(),
-    ];
-    let mut option = |name: &str, value: String| words.extend([format!("--{name}"), value]);
-    option("method", request.method.into());
-    for (name, value) in preset::settings(&request.kind) {
-        option(name, value);
+    let mut words = vec!["manylight".to_owned(), "render".into()];
+    words.push(request.scene.display().to_string());
+    let mut add = |name: &str, value: Value| words.extend(option_words(name, value));
+    add("method", request.paths.method.name.into());
+    for (name, value) in light_options::settings(&request.kind) {
+        add(name, value.into());
     }
-    option("passes", passes.to_string());
-    option("seed", request.seed.to_string());
-    if request.block != DEFAULT_BLOCK {
-        option("block", request.block.to_string());
-    }
-    option("sensor", request.sensor.to_string());
-    if let Some(depth) = request.max_depth {
-        option("max-depth", depth.0.map_or("-1".into(), |n| n.to_string()));
-    }
-    if let Some(size) = request.size {
-        option("size", format!("{}x{}", size.x, size.y));
-    }
-    if let Some(crop) = request.crop {
-        option(
-            "crop",
-            format!("{},{},{},{}", crop.x[0], crop.x[1], crop.y[0], crop.y[1]),
-        );
-    }
-    if let Some(filter) = request
-        .filter
-        .as_ref()
-        .and_then(|filter| name_of(FILTERS, filter))
-    {
-        option("filter", filter.into());
+    add("passes", passes.into());
+    for group in [
+        written(&request.paths),
+        written(&request.parts),
+        written(&request.camera),
+        written(&request.denoise),
+        written(&request.picture.file),
+        written(&request.picture),
+        written(&request.gltf),
+    ] {
+        group
+            .into_iter()
+            .for_each(|(name, value)| add(&name, value));
     }
     for path in &request.outputs {
-        option("output", path.display().to_string());
+        add("output", path.display().to_string().into());
     }
-    if let Some(denoiser) = request.denoise {
-        option("denoise", denoiser_name(denoiser).into());
-    }
-    if let Some(file) = &request.oidn_lib {
-        option("oidn-lib", file.display().to_string());
-    }
-    let picture = &request.picture;
-    option("exposure", picture.file.exposure.to_string());
-    if picture.file.view != View::default() {
-        let name = name_of(VIEWS, &picture.file.view);
-        option("view", name.unwrap_or_default().into());
-    }
-    if !picture.aov.is_empty() {
-        option("aov", picture.aov_words());
-    }
-    if picture.file.aov_names != AovNames::default() {
-        let name = name_of(AOV_NAMES, &picture.file.aov_names);
-        option("aov-names", name.unwrap_or_default().into());
-    }
-    let gltf = &request.gltf;
-    if let Some(units) = gltf.light_units {
-        option("light-units", Units::name(units).into());
-    }
-    if let Some(source) = &gltf.environment {
-        option("environment", environment_name(source));
-        option("environment-scale", gltf.environment_scale.to_string());
-    }
-    if let Some(variant) = &gltf.variant {
-        option("variant", variant.clone());
-    }
-    if request.hide_emitters {
-        words.push("--hide-emitters".into());
-    }
-    for (name, value) in &request.defines {
-        words.extend(["-D".into(), format!("{name}={value}")]);
-    }
-    words
-        .iter()
-        .map(|word| quoted(word))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
+    words.join(" ")
+}
+
+/// The words of an option with the name of its field; none where it is not given.
+fn option_words(name: &str, value: Value) -> Vec<String> {
+    let option = format!("--{}", name.replace('_', "-"));
+    let text = match value {
+        Value::Null | Value::Bool(false) => return Vec::new(),
+        Value::Bool(true) => return vec![option],
+        Value::Object(defines) => {
+            let define = |(name, value): (&String, &Value)| {
+                [
+                    "-D".into(),
+                    format!("{name}={}", value.as_str().unwrap_or_default()),
+                ]
+            };
+            return defines.iter().flat_map(define).collect();
+        }
+        Value::String(text) if text.is_empty() => return Vec::new(),
+        Value::String(text) => text,
+        // The digits of a number of 32 bits that became one of 64.
+        Value::Number(number) if number.is_f64() => {
+            (number.as_f64().unwrap_or_default() as f32).to_string()
+        }
+        other => other.to_string(),
+    };
+    vec![option, text]
 }
 
 #[cfg(test)]

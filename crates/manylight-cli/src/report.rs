@@ -45,7 +45,7 @@ impl RenderReport<'_> {
             "version": env!("CARGO_PKG_VERSION"),
             "scene": request.scene.display().to_string(),
             "scene_sha256": self.scene_digest,
-            "method": request.method,
+            "method": request.paths.method.name,
             "settings": self.settings.to_json(),
             "stages": stages,
             "counts": self.counts(),
@@ -106,7 +106,8 @@ impl RenderReport<'_> {
         )
     }
 
-    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage `write` is not known yet.
+    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage
+    /// `write` is not known yet.
     pub(crate) fn metadata(&self) -> Vec<(String, String)> {
         let request = self.settings.request;
         let mut entries = vec![
@@ -117,7 +118,7 @@ impl RenderReport<'_> {
             ("command".into(), command_line(request, self.passes)),
             ("scene".into(), request.scene.display().to_string()),
             ("scene.sha256".into(), self.scene_digest.into()),
-            ("method".into(), request.method.into()),
+            ("method".into(), request.paths.method.name.into()),
             ("passes".into(), self.passes.to_string()),
             ("samples".into(), self.passes.to_string()),
             ("capDate".into(), capture_date(SystemTime::now())),
@@ -135,7 +136,8 @@ impl RenderReport<'_> {
         entries
     }
 
-    /// Prints one line with the total time and the times of the longest stages; of all stages with `--verbose`.
+    /// Prints one line with the total time and the times of the longest stages; of all stages with
+    /// `--verbose`.
     pub(crate) fn print_times(&self, display: DisplayArgs) {
         let stages = self.stats.stages();
         let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();

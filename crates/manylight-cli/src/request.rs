@@ -1,25 +1,23 @@
 //! The request of a render: all options with their defaults, checked before any file is read.
 
-use crate::args::{CameraArgs, Denoiser, LightArgs, MapsArgs, PathArgs, PictureArgs, RenderArgs};
+use crate::args::{
+    CameraArgs, DenoiseArgs, GltfArgs, MapsArgs, PartArgs, PathArgs, PictureArgs, RenderArgs,
+    RunArgs,
+};
 use crate::failure::Failure;
 use crate::method::method_kind;
-use crate::values::{Crop, MaxDepth, Shard};
-use manylight::film::blocks::DEFAULT_BLOCK;
-use manylight::film::{FilmDesc, Filter};
+use crate::values::Crop;
+use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::PathLimits;
 use manylight::sensors::SensorDesc;
+use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
-use manylight_io::{GltfOptions, LoadOptions};
 use manylight_lab::text::plural;
-use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-/// Default number of passes of a render without time or error limit.
-pub(crate) const DEFAULT_PASSES: u32 = 16;
 /// Extensions of scene files.
 const SCENE_EXTENSIONS: [&str; 4] = ["xml", "pbrt", "gltf", "glb"];
 
@@ -30,59 +28,26 @@ pub(crate) struct RenderRequest {
     pub(crate) scene: PathBuf,
     /// Image files, at least one.
     pub(crate) outputs: Vec<PathBuf>,
-    /// Name of the method.
-    pub(crate) method: &'static str,
     /// The method with its parameters.
     pub(crate) kind: MethodKind,
     /// Limits of the render.
     pub(crate) budget: Budget,
-    /// Longest path; `None` for the limit of the scene.
-    pub(crate) max_depth: Option<MaxDepth>,
-    /// Whether emitters are hidden from the camera; the scene may hide them too.
-    pub(crate) hide_emitters: bool,
-    /// Image size; `None` for the size in the scene.
-    pub(crate) size: Option<UVec2>,
-    /// Crop window; `None` for the window in the scene.
-    pub(crate) crop: Option<Crop>,
-    /// Index of the camera.
-    pub(crate) sensor: usize,
-    /// Reconstruction filter; `None` for the filter in the scene.
-    pub(crate) filter: Option<Filter>,
-    /// Parameters of the scene (name, value).
-    pub(crate) defines: Vec<(String, String)>,
-    /// What a glTF scene does not say.
-    pub(crate) gltf: GltfOptions,
-    /// Seed of the random numbers.
-    pub(crate) seed: u64,
-    /// Passes of a block of sums.
-    pub(crate) block: NonZeroU32,
-    /// The share to render; `None` for a whole image.
-    pub(crate) shard: Option<Shard>,
-    /// Where and how often the state of the render is kept.
-    pub(crate) checkpoint: Option<CheckpointPlan>,
-    /// The checkpoint to continue from.
-    pub(crate) resume: Option<PathBuf>,
-    /// Number of threads; `None` for one per processor.
-    pub(crate) threads: Option<usize>,
+    /// Name of the method, and paths.
+    pub(crate) paths: PathArgs,
+    /// Threads, and whether warnings are errors.
+    pub(crate) run: RunArgs,
     /// Largest estimated memory in bytes.
     pub(crate) memory_limit: Option<u64>,
     /// Layers and colors of pictures.
     pub(crate) picture: PictureArgs,
-    /// The denoiser; `None` for the image as it is.
-    pub(crate) denoise: Option<Denoiser>,
-    /// Library file of the denoiser; `None` to search it.
-    pub(crate) oidn_lib: Option<PathBuf>,
-    /// Whether warnings are errors.
-    pub(crate) strict: bool,
-}
-
-/// Where and how often the state of a render is kept.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CheckpointPlan {
-    /// The file.
-    pub(crate) path: PathBuf,
-    /// Time between two checkpoints.
-    pub(crate) interval: Duration,
+    /// The denoiser.
+    pub(crate) denoise: DenoiseArgs,
+    /// Blocks, shares and checkpoints.
+    pub(crate) parts: PartArgs,
+    /// Camera and film.
+    pub(crate) camera: CameraArgs,
+    /// What a glTF scene does not say.
+    pub(crate) gltf: GltfArgs,
 }
 
 impl RenderRequest {
@@ -91,10 +56,9 @@ impl RenderRequest {
     /// # Errors
     /// A combination of options without a meaning, or an output with an unknown format.
     pub(crate) fn new(args: &RenderArgs) -> Result<Self, Failure> {
-        let outputs = if args.outputs.is_empty() {
-            default_outputs(&args.scene)
-        } else {
-            args.outputs.clone()
+        let outputs = match args.outputs.as_slice() {
+            [] => default_outputs(&args.scene),
+            given => given.to_vec(),
         };
         match args.parts.shard {
             None => check_formats(&outputs)?,
@@ -103,126 +67,67 @@ impl RenderRequest {
         if let Some(path) = &args.parts.checkpoint {
             check_part_name("--checkpoint", path)?;
         }
-        let open_ended = args.budget.time.is_some() || args.budget.target_error.is_some();
-        let passes = args.budget.passes.map(|n| n.get());
-        let budget = Budget {
-            passes: passes.or((!open_ended).then_some(DEFAULT_PASSES)),
-            time: args.budget.time,
-            relative_error: args.budget.target_error,
-        };
-        let request = Self::of(
-            &args.scene,
-            outputs,
-            &args.paths,
-            &args.lights,
-            &args.camera,
-        )?;
-        let denoise = args.denoise.denoise;
-        if denoise.is_some() && request.kind == MethodKind::Aov {
+        let kind = method_kind(args.paths.method, &args.lights)?;
+        if args.denoise.denoise.is_some() && kind == MethodKind::Aov {
             return Err(Failure::usage(
                 "--denoise: the method aov renders no light to denoise",
                 "choose another --method, or omit --denoise",
             ));
         }
-        if !args.picture.aov.is_empty() && request.kind == MethodKind::LightTracer {
+        if !args.picture.aov.is_empty() && kind == MethodKind::LightTracer {
             return Err(Failure::usage(
                 "--aov: the method light-trace has no camera paths, which find these layers",
                 "choose another --method, or omit --aov",
             ));
         }
         Ok(RenderRequest {
-            budget,
-            denoise,
-            oidn_lib: args.denoise.oidn_lib.clone(),
+            scene: args.scene.clone(),
+            outputs,
+            kind,
+            budget: args.budget.budget(),
+            paths: args.paths.clone(),
+            run: args.run.clone(),
             memory_limit: args.memory_limit,
-            block: args.parts.block,
-            shard: args.parts.shard,
-            checkpoint: (args.parts.checkpoint.as_ref()).map(|path| CheckpointPlan {
-                path: path.clone(),
-                interval: args.parts.checkpoint_every,
-            }),
-            resume: args.parts.resume.clone(),
-            gltf: args.gltf.options(),
             picture: args.picture.clone(),
-            ..request
+            denoise: args.denoise.clone(),
+            parts: args.parts.clone(),
+            camera: args.camera.clone(),
+            gltf: args.gltf.clone(),
         })
     }
 
-    /// The request of the command `maps`: one pass, and outputs with the names `files` in its folder.
+    /// The request of the command `maps`: one pass, and outputs with the names `files` in its
+    /// folder.
     ///
     /// # Errors
     /// A combination of options without a meaning.
     pub(crate) fn for_maps(args: &MapsArgs, files: &[&str]) -> Result<Self, Failure> {
-        let outputs = files.iter().map(|file| args.output.join(file)).collect();
-        let request = Self::of(
-            &args.scene,
-            outputs,
-            &args.paths,
-            &args.lights,
-            &args.camera,
-        )?;
         Ok(RenderRequest {
-            gltf: args.gltf.options(),
-            ..request
-        })
-    }
-
-    /// A request of one pass.
-    fn of(
-        scene: &Path,
-        outputs: Vec<PathBuf>,
-        paths: &PathArgs,
-        lights: &LightArgs,
-        camera: &CameraArgs,
-    ) -> Result<Self, Failure> {
-        Ok(RenderRequest {
-            scene: scene.into(),
-            outputs,
-            method: paths.method.name,
-            kind: method_kind(paths.method, lights)?,
-            budget: Budget {
-                passes: Some(1),
-                time: None,
-                relative_error: None,
-            },
-            max_depth: paths.max_depth,
-            hide_emitters: paths.hide_emitters,
-            size: camera.size,
-            crop: camera.crop,
-            sensor: camera.sensor,
-            filter: camera.filter,
-            defines: paths.defines.clone(),
-            gltf: GltfOptions::default(),
-            seed: paths.seed,
-            block: DEFAULT_BLOCK,
-            shard: None,
-            checkpoint: None,
-            resume: None,
-            threads: paths.threads.map(|n| n.get() as usize),
+            scene: args.scene.clone(),
+            outputs: files.iter().map(|file| args.output.join(file)).collect(),
+            kind: method_kind(args.paths.method, &args.lights)?,
+            budget: Budget::passes(1),
+            paths: args.paths.clone(),
+            run: args.run.clone(),
             memory_limit: None,
             picture: PictureArgs::default(),
-            denoise: None,
-            oidn_lib: None,
-            strict: paths.strict,
+            denoise: DenoiseArgs::default(),
+            parts: PartArgs::default(),
+            camera: args.camera.clone(),
+            gltf: args.gltf.clone(),
         })
     }
 
     /// Options for loading the scene file.
     pub(crate) fn load_options(&self) -> LoadOptions {
-        LoadOptions {
-            defines: self.defines.clone(),
-            gltf: self.gltf.clone(),
-            ..LoadOptions::default()
-        }
+        self.gltf.load_options(&self.paths.defines)
     }
 
     /// The method with its path limits; `scene_limits` are those of the scene.
     pub(crate) fn method(&self, scene_limits: PathLimits) -> Method {
         let limits = PathLimits {
-            max_depth: self
-                .max_depth
-                .map_or(scene_limits.max_depth, |depth| depth.0),
-            hide_emitters: self.hide_emitters || scene_limits.hide_emitters,
+            max_depth: (self.paths.max_depth).map_or(scene_limits.max_depth, |depth| depth.0),
+            hide_emitters: self.paths.hide_emitters || scene_limits.hide_emitters,
             ..scene_limits
         };
         Method {
@@ -238,28 +143,30 @@ impl RenderRequest {
     /// The scene has no camera with this index.
     pub(crate) fn camera(&self, sensors: &[SensorDesc]) -> Result<SensorDesc, Failure> {
         let count = sensors.len();
-        let Some(mut sensor) = sensors.get(self.sensor).cloned() else {
+        let options = &self.camera;
+        let Some(mut sensor) = sensors.get(options.sensor).cloned() else {
             return Err(Failure::usage(
                 format!(
                     "--sensor {}: the scene has {count} camera{}",
-                    self.sensor,
+                    options.sensor,
                     plural(count)
                 ),
                 "cameras are counted from 0; `manylight info` lists them",
             ));
         };
-        if let Some(size) = self.size {
+        if let Some(size) = options.size {
             resize(&mut sensor.film, size);
         }
-        if let Some(crop) = self.crop {
+        if let Some(crop) = options.crop {
             set_crop(&mut sensor.film, crop);
         }
-        sensor.film.filter = self.filter.unwrap_or(sensor.film.filter);
+        sensor.film.filter = options.filter.unwrap_or(sensor.film.filter);
         Ok(sensor)
     }
 }
 
-/// Default outputs: the name of the folder of the scene with `.exr` and `.png`, in the current folder.
+/// Default outputs: the name of the folder of the scene with `.exr` and `.png`, in the current
+/// folder.
 fn default_outputs(scene: &Path) -> Vec<PathBuf> {
     let absolute = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
     let folder = absolute.parent().and_then(Path::file_name);
@@ -362,9 +269,11 @@ fn set_crop(film: &mut FilmDesc, crop: Crop) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::args::{Cli, Command};
+    use crate::args::{Cli, Command, Denoiser};
     use clap::Parser;
+    use manylight::film::Filter;
     use manylight::integrators::ManyLight;
+    use std::time::Duration;
 
     fn request(words: &str) -> Result<RenderRequest, Failure> {
         let all = ["manylight", "render"]
@@ -460,9 +369,9 @@ mod tests {
     #[test]
     fn a_share_has_one_part_file_and_a_number_of_passes() {
         let whole = request("s.xml --passes 64 --shard 2/4 -o b.part").unwrap();
-        let share = whole.shard.unwrap();
+        let share = whole.parts.shard.unwrap();
         assert_eq!(
-            (share.index, share.count.get(), whole.block.get()),
+            (share.index, share.count.get(), whole.parts.block.get()),
             (2, 4, 16)
         );
         for words in [
@@ -491,9 +400,9 @@ mod tests {
 
     #[test]
     fn albedo_and_normals_are_not_denoised() {
-        assert_eq!(request("s.xml").unwrap().denoise, None);
+        assert_eq!(request("s.xml").unwrap().denoise.denoise, None);
         let denoised = request("s.xml -m path --denoise oidn").unwrap();
-        assert_eq!(denoised.denoise, Some(Denoiser::Oidn));
+        assert_eq!(denoised.denoise.denoise, Some(Denoiser::Oidn));
         let failure = request("s.xml -m aov --denoise oidn").unwrap_err();
         assert_eq!(failure.exit_code(), 2);
     }

@@ -47,11 +47,11 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure>
 /// # Errors
 /// The library is not found or cannot be used.
 pub(crate) fn open_denoiser(request: &RenderRequest) -> Result<Option<Oidn>, Failure> {
-    if request.denoise.is_none() {
+    if request.denoise.denoise.is_none() {
         return Ok(None);
     }
-    let places = SearchPlaces::from_environment(request.oidn_lib.clone());
-    Ok(Some(Oidn::open(&places, request.threads)?))
+    let places = SearchPlaces::from_environment(request.denoise.oidn_lib.clone());
+    Ok(Some(Oidn::open(&places, request.run.threads())?))
 }
 
 /// A loaded scene file.
@@ -92,7 +92,7 @@ impl SceneFile {
 
     /// Refuses to replace a file of the scene by what `request` writes.
     pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
-        let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
+        let checkpoint = request.parts.checkpoint.as_ref();
         let is_input = |output: &Path| self.files.iter().any(|file| is_same_file(output, file));
         match (request.outputs.iter().chain(checkpoint)).find(|output| is_input(output)) {
             None => Ok(()),
@@ -148,8 +148,8 @@ impl Session {
             scene: &self.scene,
             method: request.method(self.scene.limits),
             budget: request.budget,
-            seed: request.seed,
-            block: request.block,
+            seed: request.paths.seed,
+            block: request.parts.block,
         }
     }
 
@@ -182,7 +182,8 @@ impl Session {
         warnings
     }
 
-    /// Warnings about the samples so far: some were not finite, or hardly any photon found the scene.
+    /// Warnings about the samples so far: some were not finite, or hardly any photon found the
+    /// scene.
     pub(crate) fn sample_warnings(&self) -> Vec<String> {
         let dropped = Stats::get(&self.stats.dropped_samples);
         let dropped = (dropped > 0)
@@ -190,10 +191,11 @@ impl Session {
         dropped.into_iter().chain(self.lost_photons()).collect()
     }
 
-    /// A warning if a method of virtual lights has hardly any photon. Of photon maps nothing is known: they keep photons of indirect light
-    /// alone, and a plain floor has none.
+    /// A warning if a method of virtual lights has hardly any photon. Of photon maps nothing is
+    /// known: they keep photons of indirect light alone, and a plain floor has none.
     fn lost_photons(&self) -> Option<String> {
-        /// Photons per photon path below which pictures lack light: even open scenes have a hundred times as many.
+        /// Photons per photon path below which pictures lack light: even open scenes have a hundred
+        /// times as many.
         const FEW: f64 = 1e-3;
         let [paths, photons] = [&self.stats.photon_paths, &self.stats.photons].map(Stats::get);
         let method = self.request.method(self.scene.limits);
@@ -206,7 +208,8 @@ impl Session {
         })
     }
 
-    /// Renders features that the film of `job` will lack, if the image is to be denoised. Their time is taken from the time limit of `job`.
+    /// Renders features that the film of `job` will lack, if the image is to be denoised. Their
+    /// time is taken from the time limit of `job`.
     pub(crate) fn features(&self, job: &mut RenderJob, interrupt: &Interrupt) -> Option<Film> {
         self.oidn?;
         let has_features = job.method.layers().contains(&Layer::Albedo);

@@ -1,9 +1,9 @@
 //! What the laboratory must know of the options of `manylight render`.
 
-use crate::args::{Cli, Command};
-use crate::preset::{self, PRESETS};
+use crate::light_options;
+use crate::preset::{PRESETS, Preset};
 use crate::request::RenderRequest;
-use clap::Parser;
+use crate::usage::render_args;
 use manylight_lab::study::{MethodSummary, RenderInterface, RenderSettings};
 
 /// The options of this program.
@@ -11,7 +11,7 @@ pub(crate) struct ThisProgram;
 
 impl RenderInterface for ThisProgram {
     fn methods(&self) -> Vec<MethodSummary> {
-        let summary = |preset: &preset::Preset| MethodSummary {
+        let summary = |preset: &Preset| MethodSummary {
             name: preset.name,
             summary: preset.summary,
         };
@@ -19,22 +19,13 @@ impl RenderInterface for ThisProgram {
     }
 
     fn interpret(&self, words: &[&str]) -> Result<RenderSettings, String> {
-        let all = ["manylight", "render"].iter().chain(words);
-        let cli = Cli::try_parse_from(all).map_err(|error| {
-            // The paragraphs after the first one repeat the usage.
-            let text = error.to_string();
-            let first = text.split("\n\n").next().unwrap_or_default().trim();
-            first.strip_prefix("error: ").unwrap_or(first).to_owned()
-        })?;
-        let Command::Render(args) = cli.command else {
-            return Err("options of `render` are expected".into());
-        };
+        let args = render_args(words.iter().copied()).map_err(|failure| failure.to_string())?;
         if !args.outputs.is_empty() || args.display.json {
             return Err("options of a plan name no outputs".into());
         }
         let request = RenderRequest::new(&args).map_err(|failure| failure.to_string())?;
         Ok(RenderSettings {
-            method: preset::settings(&request.kind),
+            method: light_options::settings(&request.kind),
             time: request.budget.time,
         })
     }

@@ -1,25 +1,20 @@
 //! Numbers and other values that options accept.
 
 use manylight::film::blocks::BLOCK_STEP;
-use manylight::integrators::many_light::ClampRule;
+use manylight::integrators::many_light::{ClampRule, GlossyForm};
 use manylight::math::UVec2;
+use serde::{Serialize, Serializer};
 use std::num::NonZeroU32;
+use std::ops::RangeInclusive;
 
-/// A number of virtual lights as `--lights` takes it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightCount {
-    /// At most the number of the preset, by the scene.
-    Auto,
-    /// This number.
-    Fixed(NonZeroU32),
-}
+/// The word for a number of virtual lights by the scene.
+pub(crate) const AUTO: &str = "auto";
 
-/// A number of virtual lights: `auto` or a positive integer.
-pub(crate) fn light_count(text: &str) -> Result<LightCount, String> {
+/// A number of virtual lights: a positive integer, or `None` for `auto`.
+pub(crate) fn light_count(text: &str) -> Result<Option<NonZeroU32>, String> {
     match text {
-        "auto" => Ok(LightCount::Auto),
-        _ => (text.parse().map(LightCount::Fixed))
-            .map_err(|_| "expected `auto` or a positive integer".into()),
+        AUTO => Ok(None),
+        _ => (text.parse().map(Some)).map_err(|_| "expected `auto` or a positive integer".into()),
     }
 }
 
@@ -29,18 +24,26 @@ pub(crate) fn count(text: &str) -> Result<NonZeroU32, String> {
         .map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
 }
 
+/// Sets a setting to a positive whole number.
+pub(crate) fn set_count(setting: &mut u32, text: &str) -> Result<(), String> {
+    *setting = count(text)?.get();
+    Ok(())
+}
+
 /// A seed of random numbers.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
-/// A number of threads. Ten thousands of them, each with its stack, stop the machine.
+/// Most threads: ten thousands of them, each with its stack, stop the machine.
+pub(crate) const MOST_THREADS: u32 = 1024;
+
+/// A number of threads.
 pub(crate) fn threads(text: &str) -> Result<NonZeroU32, String> {
-    const MOST: u32 = 1024;
     (text.parse().ok())
-        .filter(|threads: &NonZeroU32| threads.get() <= MOST)
-        .ok_or_else(|| format!("expected a number from 1 to {MOST}"))
+        .filter(|threads: &NonZeroU32| threads.get() <= MOST_THREADS)
+        .ok_or_else(|| format!("expected a number from 1 to {MOST_THREADS}"))
 }
 
 /// A number from 0 to 1.
@@ -77,11 +80,25 @@ pub(crate) fn clamp(text: &str) -> Result<ClampRule, String> {
     }
 }
 
+/// Texels along an edge of an emission table.
+pub(crate) const TABLE_SIZES: RangeInclusive<u32> = 8..=128;
+
 /// Texels along an edge of an emission table: even, because tables consist of blocks of 2 x 2.
 pub(crate) fn table_size(text: &str) -> Result<u32, String> {
+    let (least, most) = (TABLE_SIZES.start(), TABLE_SIZES.end());
     match text.parse::<u32>() {
-        Ok(n) if (8..=128).contains(&n) && n.is_multiple_of(2) => Ok(n),
-        _ => Err("expected an even number from 8 to 128".into()),
+        Ok(n) if TABLE_SIZES.contains(&n) && n.is_multiple_of(2) => Ok(n),
+        _ => Err(format!("expected an even number from {least} to {most}")),
+    }
+}
+
+/// A number of von Mises-Fisher lobes.
+pub(crate) fn lobes(text: &str) -> Result<u32, String> {
+    const MOST: u32 = GlossyForm::MAX_LOBES;
+    let number: i64 = (text.parse()).map_err(|error: std::num::ParseIntError| error.to_string())?;
+    match u32::try_from(number) {
+        Ok(lobes) if (1..=MOST).contains(&lobes) => Ok(lobes),
+        _ => Err(format!("{number} is not in 1..={MOST}")),
     }
 }
 
@@ -104,14 +121,14 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
 /// Largest width and height of an image in pixels. Larger values are rather typing errors.
 const MAX_EDGE: u32 = 65_536;
 
-/// An image size such as `640x360`.
+/// An image size such as `640x360`, or `640,360`.
 pub(crate) fn size(text: &str) -> Result<UVec2, String> {
     let edge = |word: &str| {
         word.parse::<u32>()
             .ok()
             .filter(|n| (1..=MAX_EDGE).contains(n))
     };
-    text.split_once(['x', 'X'])
+    text.split_once(['x', 'X', ','])
         .and_then(|(width, height)| Some(UVec2::new(edge(width)?, edge(height)?)))
         .ok_or_else(|| format!("expected WIDTHxHEIGHT such as 640x360, each from 1 to {MAX_EDGE}"))
 }
@@ -123,6 +140,13 @@ pub(crate) struct Crop {
     pub(crate) x: [f32; 2],
     /// Upper and lower edge, in [0, 1].
     pub(crate) y: [f32; 2],
+}
+
+impl Serialize for Crop {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let ([x0, x1], [y0, y1]) = (self.x, self.y);
+        to.collect_str(&format_args!("{x0},{x1},{y0},{y1}"))
+    }
 }
 
 /// A crop window `x0,x1,y0,y1`.
@@ -153,6 +177,12 @@ pub(crate) fn define(text: &str) -> Result<(String, String), String> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MaxDepth(pub(crate) Option<u32>);
 
+impl Serialize for MaxDepth {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_i64(self.0.map_or(-1, i64::from))
+    }
+}
+
 /// A longest path; -1 is no limit.
 pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
     match text.parse::<i64>() {
@@ -176,7 +206,8 @@ pub(crate) struct Shard {
 }
 
 impl Shard {
-    /// The blocks of this share, out of `blocks`: consecutive ones, and as many in each share, up to one.
+    /// The blocks of this share, out of `blocks`: consecutive ones, and as many in each share, up
+    /// to one.
     pub(crate) fn range(self, blocks: u32) -> std::ops::Range<u32> {
         let start = |share: u32| {
             (u64::from(blocks) * u64::from(share) / u64::from(self.count.get())) as u32

@@ -1,6 +1,7 @@
 //! The functions of Open Image Denoise 2 that are called, and the library that holds them.
 //!
-//! Types and constants are those of `oidn.h`, version 2.0; later versions of the same major number are compatible.
+//! Types and constants are those of `oidn.h`, version 2.0; later versions of the same major number
+//! are compatible.
 
 #![allow(
     unsafe_code,
@@ -59,14 +60,16 @@ pub(crate) struct Api {
         unsafe extern "C" fn(Handle, ProgressMonitor, *mut c_void),
 }
 
-/// Loads the library `file` and finds its functions. The library stays loaded until the process ends, because its worker
-/// threads may outlive its devices.
+/// Loads the library `file` and finds its functions. The library stays loaded until the process
+/// ends, because its worker threads may outlive its devices.
 ///
 /// # Errors
-/// A text: the file is missing or is no library, a library that it needs is missing, or it is older than version 2.0.
+/// A text: the file is missing or is no library, a library that it needs is missing, or it is older
+/// than version 2.0.
 pub(crate) fn load(file: &Path) -> Result<Api, String> {
-    // SAFETY: loading runs the initializers of the library and of those that it needs. The library is one that the user has
-    // installed or named for this purpose; like every plug-in it is trusted to have initializers without preconditions.
+    // SAFETY: loading runs the initializers of the library and of those that it needs. The library
+    // is one that the user has installed or named for this purpose; like every plug-in it is
+    // trusted to have initializers without preconditions.
     let library = unsafe { open(file) }.map_err(|error| whole_message(&error))?;
     // Never closed: the function pointers below are valid for the rest of the process.
     let library: &'static Library = Box::leak(Box::new(library));
@@ -74,8 +77,9 @@ pub(crate) fn load(file: &Path) -> Result<Api, String> {
     macro_rules! function {
         ($name:literal) => {{
             let symbol = concat!($name, "\0").as_bytes();
-            // SAFETY: the types of the fields of `Api` are those that `oidn.h` declares for these names in version 2.0, and
-            // versions with the same major number keep them. Version 1 lacks some of the names and is refused here.
+            // SAFETY: the types of the fields of `Api` are those that `oidn.h` declares for these
+            // names in version 2.0, and versions with the same major number keep them. Version 1
+            // lacks some of the names and is refused here.
             let function = unsafe { library.get(symbol) };
             *function.map_err(|_| {
                 format!("it has no function {}: it is older than version 2.0", $name)

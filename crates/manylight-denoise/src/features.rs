@@ -7,8 +7,9 @@ use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::render::{Budget, RenderJob, Stats, render};
 use std::sync::atomic::AtomicBool;
 
-/// Samples per pixel from which on features count as free of noise. Without more samples than the 1 to 9 passes of short renders, the
-/// filtered image has 1.19 times the relative MSE (15 scenes); with 8 passes 1.05 times.
+/// Samples per pixel from which on features count as free of noise. Without more samples than the 1
+/// to 9 passes of short renders, the filtered image has 1.19 times the relative MSE (15 scenes);
+/// with 8 passes 1.05 times.
 pub const FEATURE_PASSES: u32 = 64;
 
 /// Changes the seed, so that features and image have different film positions.
@@ -21,8 +22,8 @@ pub struct FeatureImages {
     normal: Image,
 }
 
-/// Renders `passes` passes of the albedo and normal layers alone, of the view and film of `job`. `cancel` may end it after the
-/// first pass.
+/// Renders `passes` passes of the albedo and normal layers alone, of the view and film of `job`.
+/// `cancel` may end it after the first pass.
 pub fn render_features(job: &RenderJob, passes: u32, cancel: &AtomicBool) -> Film {
     let job = RenderJob {
         method: Method {
@@ -38,7 +39,8 @@ pub fn render_features(job: &RenderJob, passes: u32, cancel: &AtomicBool) -> Fil
 }
 
 impl FeatureImages {
-    /// Means over all passes of `films`, which have the same size; `None` if none of them records albedo and normal.
+    /// Means over all passes of `films`, which have the same size; `None` if none of them records
+    /// albedo and normal.
     pub fn from_films(films: &[&Film]) -> Option<Self> {
         Some(FeatureImages {
             albedo: mean(films, Layer::Albedo, 0.0)?,

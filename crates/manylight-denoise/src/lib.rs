@@ -1,7 +1,19 @@
 //! Denoising of rendered films by Open Image Denoise.
 //!
-//! The library is searched and loaded at run time ([`SearchPlaces`], [`Oidn`]), so that the renderer neither links nor ships it. What is
-//! filtered, and where the noisy image is kept, is decided in [`denoise_film`].
+//! The library is searched and loaded at run time ([`SearchPlaces`], [`Oidn`]), so that the
+//! renderer neither links nor ships it. What is filtered, and where the noisy image is kept, is
+//! decided in [`denoise_film`].
+//!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//!  3 reconstruct
+//!  2 features
+//!  1 oidn
+//!  0 api search blend
+//! ```
 
 mod api;
 mod blend;

@@ -83,7 +83,8 @@ pub struct Oidn {
 }
 
 impl Oidn {
-    /// Searches the library, loads it, and makes a device with this number of threads (`None`: one per core).
+    /// Searches the library, loads it, and makes a device with this number of threads (`None`: one
+    /// per core).
     ///
     /// # Errors
     /// No place has a library of version 2.0 or later that makes a device.
@@ -119,8 +120,9 @@ impl Oidn {
             file: file.to_owned(),
         };
         let threads = threads.and_then(|n| c_int::try_from(n).ok()).unwrap_or(0);
-        // SAFETY: `device` is a device that is not released before `oidn` is dropped; the names are strings that end with 0.
-        // `numThreads` may be set before the first commit, and 0 selects the default.
+        // SAFETY: `device` is a device that is not released before `oidn` is dropped; the names are
+        // strings that end with 0. `numThreads` may be set before the first commit, and 0 selects
+        // the default.
         let version = unsafe {
             (api.set_device_int)(device, c"numThreads".as_ptr(), threads);
             (api.commit_device)(device);
@@ -144,7 +146,8 @@ impl Oidn {
         &self.file
     }
 
-    /// Filters radiance: any values from 0 on, three channels. Negative values become 0. `features` must be free of noise.
+    /// Filters radiance: any values from 0 on, three channels. Negative values become 0. `features`
+    /// must be free of noise.
     ///
     /// # Errors
     /// `cancel` becomes true while it works, or the library reports an error.
@@ -195,17 +198,18 @@ impl Oidn {
 
 impl Drop for Oidn {
     fn drop(&mut self) {
-        // SAFETY: `device` was made by this library, is released once, and every filter has been released before, because a
-        // `Filter` borrows the device.
+        // SAFETY: `device` was made by this library, is released once, and every filter has been
+        // released before, because a `Filter` borrows the device.
         unsafe { (self.api.release_device)(self.device) }
     }
 }
 
-/// Takes the pending error of `device`; with null, that of the last call that failed to make a device.
+/// Takes the pending error of `device`; with null, that of the last call that failed to make a
+/// device.
 fn error_of(api: &Api, device: Handle) -> Option<FilterError> {
     let mut message: *const c_char = std::ptr::null();
-    // SAFETY: `device` is a device or null, both of which the function accepts; it stores a pointer to a string that ends with 0
-    // and lives until the next call, or leaves null.
+    // SAFETY: `device` is a device or null, both of which the function accepts; it stores a pointer
+    // to a string that ends with 0 and lives until the next call, or leaves null.
     let (code, text) = unsafe {
         let code = (api.get_device_error)(device, &raw mut message);
         let text = (!message.is_null()).then(|| CStr::from_ptr(message).to_string_lossy());
@@ -226,7 +230,8 @@ struct Filter<'d> {
 
 impl<'d> Filter<'d> {
     fn new(oidn: &'d Oidn) -> Result<Self, FilterError> {
-        // SAFETY: the device is committed and lives as long as the borrow; the name is a string that ends with 0.
+        // SAFETY: the device is committed and lives as long as the borrow; the name is a string
+        // that ends with 0.
         let handle = unsafe { (oidn.api.new_filter)(oidn.device, c"RT".as_ptr()) };
         if handle.is_null() {
             oidn.check()?;
@@ -235,10 +240,12 @@ impl<'d> Filter<'d> {
         Ok(Filter { oidn, handle })
     }
 
-    /// Sets the image `name` to `pixels`, which have the size of `image` and must live until the filter has run.
+    /// Sets the image `name` to `pixels`, which have the size of `image` and must live until the
+    /// filter has run.
     fn set_image(&self, name: &CStr, pixels: *mut f32, image: &Image) {
-        // SAFETY: the filter lives; `pixels` has `width * height` pixels of three floats without gaps, which is what offset 0
-        // and strides 0 mean. Callers keep the images until the filter is dropped.
+        // SAFETY: the filter lives; `pixels` has `width * height` pixels of three floats without
+        // gaps, which is what offset 0 and strides 0 mean. Callers keep the images until the filter
+        // is dropped.
         unsafe {
             (self.oidn.api.set_shared_filter_image)(
                 self.handle,
@@ -264,8 +271,9 @@ impl<'d> Filter<'d> {
             ..
         } = self.oidn.api;
         let user = std::ptr::from_ref(cancel).cast_mut().cast::<c_void>();
-        // SAFETY: the filter lives; the names end with 0; the images that were set are alive and have the declared sizes. The
-        // monitor is called only during `execute_filter`, which blocks, while `cancel` is borrowed.
+        // SAFETY: the filter lives; the names end with 0; the images that were set are alive and
+        // have the declared sizes. The monitor is called only during `execute_filter`, which
+        // blocks, while `cancel` is borrowed.
         unsafe {
             set_filter_bool(self.handle, c"hdr".as_ptr(), true);
             set_filter_bool(self.handle, c"cleanAux".as_ptr(), true);

@@ -7,12 +7,14 @@ use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use std::sync::atomic::AtomicBool;
 
-/// Least width and height of a film that is filtered, in pixels. The library darkens smaller images: a single pixel of 0.5 becomes 0.09,
-/// and the mean of 2x2 pixels 0.37; that of 8x8 stays.
+/// Least width and height of a film that is filtered, in pixels. The library darkens smaller
+/// images: a single pixel of 0.5 becomes 0.09, and the mean of 2x2 pixels 0.37; that of 8x8 stays.
 const LEAST_SIZE: u32 = 8;
 
-/// The denoised image of `film`: the sum of its terms, each of which is filtered and blended with its noisy image by the estimated errors
-/// of both. If variances are not known, after a single pass, or if the film has no terms, the beauty is filtered as a whole. A film below 8 pixels in width or height is not filtered.
+/// The denoised image of `film`: the sum of its terms, each of which is filtered and blended with
+/// its noisy image by the estimated errors of both. If variances are not known, after a single
+/// pass, or if the film has no terms, the beauty is filtered as a whole. A film below 8 pixels in
+/// width or height is not filtered.
 ///
 /// # Errors
 /// `cancel` becomes true, or the library reports an error.

@@ -1,7 +1,7 @@
 //! Where Open Image Denoise is searched.
 //!
-//! The order is: the file that the caller names, the folder of the variable `OIDN_DIR`, the Python package `pyoidn`, and the
-//! loader's own search path. A named file ends the search.
+//! The order is: the file that the caller names, the folder of the variable `OIDN_DIR`, the Python
+//! package `pyoidn`, and the loader's own search path. A named file ends the search.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -124,7 +124,8 @@ impl SearchPlaces {
         candidates.into_iter().find(|file| file.is_file())
     }
 
-    /// Existing folders of Python packages: of the virtual environment, then of the installation around `python3`.
+    /// Existing folders of Python packages: of the virtual environment, then of the installation
+    /// around `python3`.
     fn site_packages(&self) -> Vec<PathBuf> {
         let python = self.python();
         let prefix = python.as_deref().and_then(Path::parent).map(|folder| {
@@ -151,7 +152,8 @@ fn libraries_in(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Existing folders of Python packages below the installation `prefix`; of several versions of Python, the highest first.
+/// Existing folders of Python packages below the installation `prefix`; of several versions of
+/// Python, the highest first.
 fn package_folders(prefix: &Path) -> Vec<PathBuf> {
     let mut versions: Vec<(u32, PathBuf)> = Vec::new();
     for lib in ["lib", "lib64", "local/lib"] {
@@ -176,7 +178,8 @@ fn package_folders(prefix: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The folder of the package `pyoidn`, from the interpreter itself: for installations whose folders do not lie around it.
+/// The folder of the package `pyoidn`, from the interpreter itself: for installations whose folders
+/// do not lie around it.
 fn package_folder(python: &Path) -> Option<PathBuf> {
     const PROGRAM: &str = "import importlib.util as u; s = u.find_spec('pyoidn'); print(s.submodule_search_locations[0] if s else '')";
     let output = Command::new(python).args(["-c", PROGRAM]).output().ok()?;

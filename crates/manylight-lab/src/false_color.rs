@@ -4,8 +4,8 @@ use manylight::color::Rgb;
 use manylight::math::{UVec2, Vec2};
 use manylight_io::image::{ImageLayer, LayeredImage, linear_from_srgb};
 
-/// The Viridis color map at nine even steps, in sRGB. It is perceptually uniform, also with color vision deficiency.
-/// Source: Smith, van der Walt, Matplotlib.
+/// The Viridis color map at nine even steps, in sRGB. It is perceptually uniform, also with color
+/// vision deficiency. Source: Smith, van der Walt, Matplotlib.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
     [71, 45, 123],
@@ -18,8 +18,8 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Percentiles of the positive values at the ends of the color scale. They exclude outliers of single pixels; not measured: closer
-/// percentiles give more contrast and saturate more pixels.
+/// Percentiles of the positive values at the ends of the color scale. They exclude outliers of
+/// single pixels; not measured: closer percentiles give more contrast and saturate more pixels.
 const SCALE_PERCENTILES: [f32; 2] = [0.01, 0.995];
 
 /// A logarithmic color scale.
@@ -32,7 +32,8 @@ pub struct ColorScale {
 }
 
 impl ColorScale {
-    /// The scale for `values`, from the 1st to the 99.5th percentile of the positive ones; `None` if none is positive.
+    /// The scale for `values`, from the 1st to the 99.5th percentile of the positive ones; `None`
+    /// if none is positive.
     pub fn of(values: &[f32]) -> Option<ColorScale> {
         let is_shown = |v: &f32| *v > 0.0 && v.is_finite();
         let mut shown: Vec<f32> = values.iter().copied().filter(is_shown).collect();
@@ -68,20 +69,24 @@ pub fn false_colors(size: UVec2, values: &[f32], scale: Option<ColorScale>) -> L
     picture(size, &values.iter().map(color).collect::<Vec<_>>())
 }
 
-/// Linear value of a white surface facing the camera; dark enough for contrast with the dots. Not measured.
+/// Linear value of a white surface facing the camera; dark enough for contrast with the dots. Not
+/// measured.
 const WHITE_LEVEL: f32 = 0.3;
 /// Linear color of the dots.
 const DOT_COLOR: Rgb = Rgb::new(1.0, 0.55, 0.03);
-/// Radius of a dot in units of the image diagonal. Not measured: larger dots overlap, smaller ones vanish.
+/// Radius of a dot in units of the image diagonal. Not measured: larger dots overlap, smaller ones
+/// vanish.
 const DOT_RADIUS: f32 = 0.0022;
 /// Smallest radius of a dot in pixels.
 const MIN_DOT_RADIUS: f32 = 0.8;
-/// Width of the dark rim around a dot in units of its radius. The rim separates dots from each other and from bright surfaces.
+/// Width of the dark rim around a dot in units of its radius. The rim separates dots from each
+/// other and from bright surfaces.
 const RIM_WIDTH: f32 = 0.5;
 /// Opacity of the rim.
 const RIM_OPACITY: f32 = 0.7;
 
-/// A gray image of `shading`, one value in [0, 1] per pixel, with a dot at each of the `places`, in pixels from the upper left corner.
+/// A gray image of `shading`, one value in [0, 1] per pixel, with a dot at each of the `places`, in
+/// pixels from the upper left corner.
 pub fn dots(size: UVec2, shading: &[f32], places: &[Vec2]) -> LayeredImage {
     let mut pixels: Vec<Rgb> = shading
         .iter()

@@ -1,21 +1,36 @@
 //! The measuring side of the manylight renderer.
 //!
-//! The crate compares images with a reference, shows them in self-contained HTML pages, and carries out studies: plans of renders that are
-//! measured one by one and summarized in tables. It renders nothing itself. A study starts the program `manylight` as a child process per
-//! render, and learns about its options through [`study::RenderInterface`].
+//! The crate compares images with a reference, shows them in self-contained HTML pages, and carries
+//! out studies: plans of renders that are measured one by one and summarized in tables. It renders
+//! nothing itself. A study starts the program `manylight` as a child process per render, and learns
+//! about its options through [`study::RenderInterface`].
 //!
 //! # Promises
 //!
-//! * Error measures follow published definitions. SSIM and HDR-FLIP are tested against values of scikit-image and of the authors' program.
+//! * Error measures follow published definitions. SSIM and HDR-FLIP are tested against values of
+//!   scikit-image and of the authors' program.
 //! * Equal inputs give equal results, for any number of threads.
-//! * Nothing is printed. Functions that touch files return a [`LabError`], which names the file, and the place in a plan.
+//! * Nothing is printed. Functions that touch files return a [`LabError`], which names the file,
+//!   and the place in a plan.
 //! * HTML pages load nothing from the network.
+//!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//!  3 study
+//!  2 viewer
+//!  1 compare
+//!  0 error text document noise false_color
+//! ```
 //!
 //! # Modules, in reading order
 //!
 //! * [`compare`]: error measures, SSIM, HDR-FLIP, z-scores of blocks, expected errors from noise.
 //! * [`noise`]: variances of means over an image, in the metadata of image files.
-//! * [`document`]: pages of text, tables and plots; written as Markdown, or as part of an HTML page.
+//! * [`document`]: pages of text, tables and plots; written as Markdown, or as part of an HTML
+//!   page.
 //! * [`viewer`]: HTML pages to inspect images beside their reference.
 //! * [`study`]: plans, runs, results and their page.
 //! * [`false_color`]: maps of numbers in false colors.

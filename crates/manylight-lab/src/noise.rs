@@ -1,7 +1,7 @@
 //! Variance of means over a whole image, as metadata of image files.
 //!
-//! Pixels that share virtual lights have correlated errors. The variance of their mean therefore does not follow from the variances of the
-//! pixels, and an image file states it separately.
+//! Pixels that share virtual lights have correlated errors. The variance of their mean therefore
+//! does not follow from the variances of the pixels, and an image file states it separately.
 
 use manylight::film::Film;
 use manylight_io::image::LayeredImage;
@@ -17,7 +17,8 @@ pub struct MeanNoise {
     pub without_emission: [f64; 3],
 }
 
-/// The layer with the image before denoising, in files of denoised images. The variances in the file belong to it.
+/// The layer with the image before denoising, in files of denoised images. The variances in the
+/// file belong to it.
 pub const NOISY: &str = "noisy";
 
 const BATCHES: &str = "batches";

@@ -20,7 +20,8 @@ pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// Universal time as `YYYY-MM-DDThh:mm:ssZ`. A clock that is wrong by centuries gives the nearest date of the years 1970 to 9999.
+/// Universal time as `YYYY-MM-DDThh:mm:ssZ`. A clock that is wrong by centuries gives the nearest
+/// date of the years 1970 to 9999.
 pub fn date(time: SystemTime) -> String {
     /// The last second of the year 9999, in seconds since 1970.
     const LAST: Duration = Duration::from_secs(253_402_300_799);
@@ -28,7 +29,8 @@ pub fn date(time: SystemTime) -> String {
     humantime::format_rfc3339_seconds(UNIX_EPOCH + since.min(LAST)).to_string()
 }
 
-/// Reads a positive duration such as `60s`, `1.5m`, `2h` or `500ms`. A number without a unit is in seconds.
+/// Reads a positive duration such as `60s`, `1.5m`, `2h` or `500ms`. A number without a unit is in
+/// seconds.
 ///
 /// # Errors
 /// The text is no positive duration, or too long for [`Duration`].

@@ -58,7 +58,8 @@ pub struct RenderInfo {
 pub(crate) mod testing {
     use super::*;
 
-    /// A picture with the image, one radiance layer and depth. Value `v` of a channel is `1000 * channel + pixel`, plus `passes / 8`.
+    /// A picture with the image, one radiance layer and depth. Value `v` of a channel is `1000 *
+    /// channel + pixel`, plus `passes / 8`.
     pub(crate) fn picture(width: usize, height: usize, passes: u32) -> Picture {
         let mut count = 0;
         let mut channel = |name: &str| {

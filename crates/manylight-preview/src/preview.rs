@@ -3,17 +3,13 @@
 use crate::browser::BrowserViewer;
 use crate::pace::Pace;
 use crate::picture::{Picture, RenderInfo};
-use crate::target::PreviewTarget;
+use crate::target::{PreviewTarget, Warn};
 use crate::tev::TevViewer;
 use std::fmt;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest time that the end of the program waits for a viewer to receive the final picture.
 const LAST_PICTURE_TIME: Duration = Duration::from_secs(5);
-
-/// Takes a warning, from any thread.
-pub type Warn = Arc<dyn Fn(String) + Send + Sync>;
 
 /// Shows the growing picture of one render. Nothing here fails: what goes wrong is a warning.
 pub struct Preview {
@@ -28,7 +24,8 @@ enum Viewer {
 }
 
 impl Preview {
-    /// Starts the thread that connects to the viewer or serves the page. `None`, with a warning, if the system refuses that.
+    /// Starts the thread that connects to the viewer or serves the page. `None`, with a warning, if
+    /// the system refuses that.
     pub fn start(target: &PreviewTarget, info: RenderInfo, warn: Warn) -> Option<Self> {
         let viewer = match target {
             PreviewTarget::Tev(address) => {
@@ -61,7 +58,8 @@ impl Preview {
         }
     }
 
-    /// Shows the picture that `make` makes, if one is due and somebody may look. Never waits for the viewer.
+    /// Shows the picture that `make` makes, if one is due and somebody may look. Never waits for
+    /// the viewer.
     pub fn update(&mut self, make: impl FnOnce() -> Picture) {
         let start = Instant::now();
         if self.is_wanted() && self.pace.is_due(start) {

@@ -1,8 +1,10 @@
-//! The viewer that a user names: `tev`, `tev:HOST:PORT`, `browser` or `browser:PORT`.
+//! The viewer that a user names: `tev`, `tev:HOST:PORT`, `browser` or `browser:PORT`; and how it
+//! warns.
 
 use std::fmt;
 use std::net::Ipv6Addr;
 use std::str::FromStr;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Host where tev listens unless told otherwise.
@@ -10,6 +12,9 @@ const TEV_HOST: &str = "127.0.0.1";
 
 /// Port where tev listens unless told otherwise.
 const TEV_PORT: u16 = 14158;
+
+/// Takes a warning, from any thread.
+pub type Warn = Arc<dyn Fn(String) + Send + Sync>;
 
 /// A viewer of the growing picture.
 #[derive(Clone, Debug, PartialEq, Eq)]

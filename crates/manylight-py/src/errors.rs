@@ -122,21 +122,14 @@ fn raise(py: Python<'_>, report: Report) -> PyErr {
     exception().map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Text with options of the command line as keywords: `'--table-size <N>'` becomes `'table_size'`.
-fn keywords(text: &str) -> String {
+/// Text with options of the command line as keywords: `--table-size` becomes `table_size`.
+pub(crate) fn keywords(text: &str) -> String {
     let mut pieces = text.split("--");
     let mut result = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '-';
         let end = piece.find(|c| !is_name(c)).unwrap_or(piece.len());
         let (name, rest) = piece.split_at(end);
-        let rest = match rest
-            .strip_prefix(" <")
-            .and_then(|rest| rest.split_once('>'))
-        {
-            Some((_, after)) => after,
-            None => rest,
-        };
         result.push_str(&name.replace('-', "_"));
         result.push_str(rest);
     }

@@ -2,7 +2,7 @@
 
 use crate::errors::{exception, file_exception, usage};
 use manylight::image::Image as Pixels;
-use manylight_cli::embed::{Picture, display_transform};
+use manylight_cli::embed::{DEFAULT_VIEW, Picture, display_transform};
 use manylight_io::image::{
     DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png, interleave,
     read_layered_image, write_image,
@@ -40,7 +40,8 @@ pub(crate) struct Image {
 }
 
 impl Image {
-    /// The image of a picture. `label` replaces the scene in its metadata, if the scene has no file that lasts.
+    /// The image of a picture. `label` replaces the scene in its metadata, if the scene has no file
+    /// that lasts.
     pub(crate) fn new(picture: Picture, interrupted: bool, label: Option<&str>) -> Self {
         let mut image = Image {
             passes: picture.passes,
@@ -126,8 +127,8 @@ fn borrowed<'py, D: numpy::ndarray::Dimension>(
     view: &numpy::ndarray::ArrayView<'_, f32, D>,
     owner: Bound<'py, PyAny>,
 ) -> Bound<'py, PyAny> {
-    // SAFETY: the array holds a reference to `owner`, an `Image`. It is frozen, so that its pixels neither move nor change, and the caller
-    // makes the array read-only before Python sees it.
+    // SAFETY: the array holds a reference to `owner`, an `Image`. It is frozen, so that its pixels
+    // neither move nor change, and the caller makes the array read-only before Python sees it.
     let array = unsafe { PyArray::borrow_from_array(view, owner) };
     array.into_any()
 }
@@ -262,7 +263,7 @@ impl Image {
     }
 
     /// Writes the image to a file; the extension selects the format.
-    #[pyo3(signature = (path, *, exposure=0.0, view="standard"))]
+    #[pyo3(signature = (path, *, exposure=0.0, view=DEFAULT_VIEW))]
     fn save(&self, py: Python<'_>, path: PathBuf, exposure: f32, view: &str) -> PyResult<()> {
         let display = display(py, exposure, view)?;
         py.detach(|| write_image(&path, &self.picture(), display))
@@ -270,7 +271,7 @@ impl Image {
     }
 
     /// The picture as the bytes of a PNG file.
-    #[pyo3(signature = (*, exposure=0.0, view="standard"))]
+    #[pyo3(signature = (*, exposure=0.0, view=DEFAULT_VIEW))]
     fn png<'py>(
         &self,
         py: Python<'py>,
@@ -284,7 +285,7 @@ impl Image {
     }
 
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        self.png(py, 0.0, "standard")
+        self.png(py, 0.0, DEFAULT_VIEW)
     }
 
     fn __repr__(&self) -> String {

@@ -1,12 +1,24 @@
 //! The native module of the Python package `manylight`.
 //!
-//! It is a thin layer: [`manylight_cli::embed`] renders, `image` shows pictures as numpy arrays, `errors` makes exceptions of failures.
-//! The public interface, its defaults and its documentation are in the Python sources.
+//! It is a thin layer: [`manylight_cli::embed`] renders, `image` shows pictures as numpy arrays,
+//! `errors` makes exceptions of failures. The public interface and its documentation are in the
+//! Python sources; names, defaults and help of options come from the command line (`options`).
+//!
+//! # Layers
+//!
+//! A module imports only from layers with smaller numbers.
+//!
+//! ```text
+//!  2 render passes parts maps compare
+//!  1 scene image options waiting
+//!  0 errors
+//! ```
 
 mod compare;
 mod errors;
 mod image;
 mod maps;
+mod options;
 mod parts;
 mod passes;
 mod render;
@@ -25,7 +37,8 @@ fn seconds(py: Python<'_>, text: &str) -> PyResult<f64> {
         .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
 }
 
-/// Runs the command `manylight` with these words, the first of which is its name. Returns its exit code.
+/// Runs the command `manylight` with these words, the first of which is its name. Returns its exit
+/// code.
 #[pyfunction]
 fn run_command(py: Python<'_>, words: Vec<OsString>) -> u8 {
     py.detach(|| manylight_cli::run_command(words))
@@ -36,7 +49,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     manylight_cli::select_instructions()
         .map_err(|failure| errors::exception(module.py(), &failure))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("DEFAULT_PASSES", manylight_cli::embed::DEFAULT_PASSES)?;
     module.add("instruction_set", ::manylight::instruction_set())?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<image::Image>()?;
@@ -51,6 +63,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(image::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(maps::maps, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(options::options, module)?)?;
+    module.add_function(wrap_pyfunction!(options::pass_limit, module)?)?;
     module.add_function(wrap_pyfunction!(seconds, module)?)?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     Ok(())

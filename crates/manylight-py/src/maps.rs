@@ -38,7 +38,8 @@ pub(crate) fn maps<'py>(
     Ok(arrays)
 }
 
-/// (positions, normals, film positions) of lights; a film position is NaN where the camera does not see the light.
+/// (positions, normals, film positions) of lights; a film position is NaN where the camera does not
+/// see the light.
 fn lights<'py>(py: Python<'py>, lights: &[PlacedLight]) -> PyResult<[Bound<'py, PyAny>; 3]> {
     let rows = |values: Vec<f32>, columns: usize| {
         let array = PyArray1::from_vec(py, values).reshape([lights.len(), columns]);

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
-/// Renders a share (index from 1, count) or a range of blocks (first, end) to the part file `path`. A render of blocks is `open` if it has
-/// no number of passes.
+/// Renders a share (index from 1, count) or a range of blocks (first, end) to the part file `path`.
+/// A render of blocks is `open` if it has no number of passes.
 #[pyfunction]
 #[pyo3(signature = (scene, words, path, share=None, blocks=None, open=false, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "arguments of Python have names")]

@@ -15,7 +15,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Pictures that may wait for the program. With none, one pass is rendered while the program looks at the picture of the pass before.
+/// Pictures that may wait for the program. With none, one pass is rendered while the program looks
+/// at the picture of the pass before.
 const WAITING_PICTURES: usize = 0;
 
 /// An iterator over the pictures after each pass. Another thread renders the next pass meanwhile.

@@ -9,7 +9,8 @@ use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use std::ffi::CString;
 
-/// Renders a scene. `words` are options of `manylight render`; `progress` is called with (passes, seconds) after each pass.
+/// Renders a scene. `words` are options of `manylight render`; `progress` is called with (passes,
+/// seconds) after each pass.
 #[pyfunction]
 #[pyo3(signature = (scene, words, progress=None))]
 pub(crate) fn render(

@@ -32,8 +32,9 @@ impl Observer for Reporter {
     }
 }
 
-/// Runs `work` on another thread, without the lock of the interpreter. `progress` is called with (passes, seconds) after each pass.
-/// Ctrl-C stops the render, and `work` then returns what it has. The second value says whether this happened.
+/// Runs `work` on another thread, without the lock of the interpreter. `progress` is called with
+/// (passes, seconds) after each pass. Ctrl-C stops the render, and `work` then returns what it has.
+/// The second value says whether this happened.
 ///
 /// # Errors
 /// An exception of `progress` or of a signal handler, after `work` has ended; or `work` panicked.

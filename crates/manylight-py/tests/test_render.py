@@ -1,5 +1,6 @@
 """Renders, their images and their errors."""
 
+import inspect
 import os
 import pickle
 import signal
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import manylight as ml
+from manylight._options import OPTIONS
 
 
 def test_an_image_has_the_bits_of_the_command(room, small, tmp_path):
@@ -239,6 +241,16 @@ def test_wrong_options_are_named_as_keywords(room, options, message, suggestion)
     assert message in raised.value.message and suggestion in (raised.value.suggestion or "")
     assert "--" not in str(raised.value)
     assert isinstance(raised.value, ValueError)
+
+
+def test_options_are_those_of_the_command():
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    loading = {name for name, p in inspect.signature(ml.load_file).parameters.items() if p.kind is keyword}
+    assert loading == {name for name, (_, _, loads_scene) in OPTIONS.items() if loads_scene}
+    own = inspect.signature(ml.render).parameters
+    assert (own["method"].default, own["seed"].default) == ("rich-vpl", 0)
+    assert "\n    table_size: Texels" in ml.render.__doc__ and "strategy: Summation" in ml.render.__doc__
+    assert "--" not in ml.render.__doc__.split("Options:")[1]
 
 
 @pytest.mark.parametrize("options", [{"output": "x.exr"}, {"json": True}, {"size": object()}, {"environment": "x.hdr"}])

@@ -1,21 +1,25 @@
 //! Options of glTF scenes.
 
+use super::written;
 use crate::values;
 use clap::{Args, ValueEnum, ValueHint};
-use manylight_io::{EnvironmentSource, GltfOptions, LightUnits};
+use manylight_io::{EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// What a glTF file does not say. An error for scenes of other formats.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "glTF scenes")]
 pub(crate) struct GltfArgs {
-    /// Units of point, spot and directional lights. Default: lm for files of Blender's exporter, W for others.
+    /// Units of point, spot and directional lights. Default: lm for files of Blender's exporter, W
+    /// for others.
     #[arg(long, value_name = "UNITS", value_enum)]
     pub(crate) light_units: Option<Units>,
 
-    /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1. Default: none, or white if nothing
-    /// in the file emits light.
+    /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1.
+    /// Default: none, or white if nothing in the file emits light.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[serde(serialize_with = "written::path")]
     pub(crate) environment: Option<PathBuf>,
 
     /// Factor of the radiance of the environment.
@@ -28,42 +32,35 @@ pub(crate) struct GltfArgs {
 }
 
 /// Units of lights as `--light-units` names them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 pub(crate) enum Units {
     /// W/sr and W/m²: the numbers of the file as they are.
     #[value(name = "W", alias = "w")]
+    #[serde(rename = "W")]
     Watt,
     /// lm/sr and lm/m², with 683 lm/W: glTF's units.
     #[value(name = "lm")]
+    #[serde(rename = "lm")]
     Lumen,
     /// Blender's own numbers: points and spots in W, directional lights in W/m².
     #[value(name = "raw")]
+    #[serde(rename = "raw")]
     Raw,
-}
-
-impl Units {
-    /// The word of `--light-units`.
-    pub(crate) fn name(units: LightUnits) -> &'static str {
-        match units {
-            LightUnits::Watt => "W",
-            LightUnits::Lumen => "lm",
-            LightUnits::Raw => "raw",
-        }
-    }
 }
 
 /// The value of `--environment` for a constant environment.
 const WHITE: &str = "white";
 
-/// An environment as `--environment` names it.
-pub(crate) fn environment_name(source: &EnvironmentSource) -> String {
-    match source {
-        EnvironmentSource::White => WHITE.into(),
-        EnvironmentSource::File(path) => path.display().to_string(),
-    }
-}
-
 impl GltfArgs {
+    /// How a scene with the parameters `defines` is loaded.
+    pub(crate) fn load_options(&self, defines: &[(String, String)]) -> LoadOptions {
+        LoadOptions {
+            defines: defines.to_vec(),
+            gltf: self.options(),
+            ..LoadOptions::default()
+        }
+    }
+
     /// The options for the loader.
     pub(crate) fn options(&self) -> GltfOptions {
         GltfOptions {

@@ -1,8 +1,8 @@
 //! Options of the commands that inspect a scene or the program.
 
 use super::gltf::GltfArgs;
-use super::lights::LightArgs;
-use super::render::{CameraArgs, PathArgs};
+use super::render::{CameraArgs, PathArgs, RunArgs};
+use crate::light_options::LightArgs;
 use crate::values;
 use clap::{Args, ValueEnum, ValueHint};
 use clap_complete::Shell;
@@ -23,6 +23,10 @@ pub(crate) struct MapsArgs {
     /// Method and paths; a method with virtual lights.
     #[command(flatten)]
     pub(crate) paths: PathArgs,
+
+    /// Threads and warnings.
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 
     /// Print errors only.
     #[arg(short, long)]

@@ -23,7 +23,8 @@ pub(crate) struct CompareArgs {
     #[arg(long)]
     pub(crate) json: bool,
 
-    /// Write an HTML page to inspect the images side by side or split, with zoom, exposure and error maps. It is one self-contained file.
+    /// Write an HTML page to inspect the images side by side or split, with zoom, exposure and
+    /// error maps. It is one self-contained file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) html: Option<PathBuf>,
 }
@@ -60,11 +61,13 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) scenes: Option<PathBuf>,
 
-    /// Folder of the references of the plan. Default: the environment variable MANYLIGHT_REFERENCES.
+    /// Folder of the references of the plan. Default: the environment variable
+    /// MANYLIGHT_REFERENCES.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) references: Option<PathBuf>,
 
-    /// Folder of the results, with one file per run. Default: `results` beside the plan, and in it one folder per scale.
+    /// Folder of the results, with one file per run. Default: `results` beside the plan, and in it
+    /// one folder per scale.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) results: Option<PathBuf>,
 
@@ -72,7 +75,8 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) page: Option<PathBuf>,
 
-    /// Folder in which the images of the runs are kept, as exr and png. Default: they are deleted after the comparison.
+    /// Folder in which the images of the runs are kept, as exr and png. Default: they are deleted
+    /// after the comparison.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) images: Option<PathBuf>,
 
@@ -80,8 +84,9 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "DIR", requires = "images", value_hint = ValueHint::DirPath)]
     pub(crate) html: Option<PathBuf>,
 
-    /// Make only runs of the scene, method or task with this name, or, if there is none, with a name that contains it. May be repeated: names
-    /// of one kind are alternatives, and runs must match in each kind that is named.
+    /// Make only runs of the scene, method or task with this name, or, if there is none, with a
+    /// name that contains it. May be repeated: names of one kind are alternatives, and runs must
+    /// match in each kind that is named.
     #[arg(long, value_name = "TEXT")]
     pub(crate) only: Vec<String>,
 

@@ -1,22 +1,31 @@
 //! The definition of the command line. `request` gives the options of `render` their meaning.
+//!
+//! An option is a field of a group: its doc comment is the help, `arg` says how it is read, `serde`
+//! how it is written. Reports, image files and the command that repeats a render write the groups
+//! of a request as they are (`repeat`), and Python's keywords are the names of the options. The
+//! options of virtual lights are rows of a table, `light_options`.
 
 mod gltf;
 mod inspect;
-mod lights;
 mod measure;
 mod parts;
 mod picture;
 mod render;
+mod written;
 
-pub(crate) use gltf::{Units, environment_name};
+#[cfg(test)]
+pub(crate) use render::Denoiser;
+
+pub(crate) use gltf::GltfArgs;
 pub(crate) use inspect::{
     CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,
 };
-pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
-pub(crate) use parts::MergeArgs;
+pub(crate) use parts::{MergeArgs, PartArgs};
 pub(crate) use picture::{FileArgs, PictureArgs};
-pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
+pub(crate) use render::{
+    CameraArgs, DenoiseArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs, RunArgs,
+};
 
 use clap::{Parser, Subcommand};
 
@@ -59,12 +68,52 @@ pub(crate) enum Command {
 
 #[cfg(test)]
 mod tests {
+    use super::render::BudgetArgs;
     use super::*;
+    use crate::values::{MOST_THREADS, TABLE_SIZES};
     use clap::CommandFactory;
+    use manylight::film::blocks::BLOCK_STEP;
+    use manylight::integrators::many_light::{GlossyForm, PHOTON_PATHS_PER_LIGHT};
+    use manylight_preview::PreviewTarget;
 
     #[test]
     fn the_definition_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn figures_of_the_help_are_those_of_the_code() {
+        let command = Cli::command();
+        let render = command.find_subcommand("render").unwrap();
+        let help = |name: &str| {
+            let named = |argument: &&clap::Arg| argument.get_long() == Some(name);
+            let found = render.get_arguments().find(named).unwrap();
+            found.get_help().unwrap().to_string()
+        };
+        for (option, figures) in [
+            (
+                "photons",
+                format!("at least {PHOTON_PATHS_PER_LIGHT} per virtual light"),
+            ),
+            ("lobes", format!("from 1 to {}", GlossyForm::MAX_LOBES)),
+            (
+                "table-size",
+                format!("from {} to {}", TABLE_SIZES.start(), TABLE_SIZES.end()),
+            ),
+            ("threads", format!("from 1 to {MOST_THREADS}")),
+            ("block", format!("a multiple of {BLOCK_STEP}")),
+            ("passes", format!("Default: {}", BudgetArgs::DEFAULT_PASSES)),
+            (
+                "preview",
+                match "tev".parse() {
+                    Ok(PreviewTarget::Tev(address)) => format!("default {address}"),
+                    other => panic!("{other:?}"),
+                },
+            ),
+        ] {
+            let text = help(option);
+            assert!(text.contains(&figures), "{text}: {figures}");
+        }
     }
 
     #[test]

@@ -3,36 +3,60 @@
 use super::picture::FileArgs;
 use crate::values::{self, Shard};
 use clap::{Args, ValueHint};
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight_lab::text::parse_duration;
+use serde::Serialize;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// Options of long renders.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Long renders")]
 pub(crate) struct PartArgs {
     /// Keep the state of the render in this file, at intervals and at the end, for --resume.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[serde(skip)]
     pub(crate) checkpoint: Option<PathBuf>,
 
     /// Time between two checkpoints.
-    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "5m", requires = "checkpoint")]
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = CHECKPOINT_INTERVAL, requires = "checkpoint")]
+    #[serde(skip)]
     pub(crate) checkpoint_every: Duration,
 
-    /// Continue from a checkpoint. The image has the same bits as without a break. If FILE is also that of --checkpoint and does not exist
-    /// yet, the render starts from the beginning.
+    /// Continue from a checkpoint. The image has the same bits as without a break. If FILE is also
+    /// that of --checkpoint and does not exist yet, the render starts from the beginning.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[serde(skip)]
     pub(crate) resume: Option<PathBuf>,
 
-    /// Render the blocks of passes of share I of N (from 1), and write them to the part file -o, for `manylight merge`.
+    /// Render the blocks of passes of share I of N (from 1), and write them to the part file -o,
+    /// for `manylight merge`.
     #[arg(long, value_name = "I/N", value_parser = values::shard, conflicts_with_all = ["checkpoint", "resume", "denoise", "preview"])]
+    #[serde(skip)]
     pub(crate) shard: Option<Shard>,
 
-    /// Passes of a block, a multiple of 8. Shares consist of whole blocks; sums of blocks are added in their order, so that another number
-    /// changes the rounding of the image. A part file holds all blocks of its share.
-    #[arg(long, value_name = "N", value_parser = values::block, default_value = "16")]
+    /// Passes of a block, a multiple of 8. Shares consist of whole blocks; sums of blocks are added
+    /// in their order, so that another number changes the rounding of the image. A part file holds
+    /// all blocks of its share.
+    #[arg(long, value_name = "N", value_parser = values::block, default_value_t = DEFAULT_BLOCK)]
     pub(crate) block: NonZeroU32,
+}
+
+/// Default time between two checkpoints.
+const CHECKPOINT_INTERVAL: &str = "5m";
+
+impl Default for PartArgs {
+    fn default() -> Self {
+        PartArgs {
+            checkpoint: None,
+            checkpoint_every: parse_duration(CHECKPOINT_INTERVAL)
+                .expect("invariant: the default is a time"),
+            resume: None,
+            shard: None,
+            block: DEFAULT_BLOCK,
+        }
+    }
 }
 
 /// Options of `merge`.

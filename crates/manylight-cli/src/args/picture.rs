@@ -1,38 +1,46 @@
 //! Options of pictures: their layers, and how values become colors.
 
-use crate::names::{AOV_NAMES, AovNames, VIEWS, one_of};
+use super::written;
+use crate::names::{AovNames, Named, one_of};
 use crate::values;
 use clap::{Args, ValueEnum};
 use manylight::integrators::{ExtraLayers, MethodKind};
 use manylight_io::image::{DisplayTransform, View};
+use serde::Serialize;
 
 /// Options of pictures.
-#[derive(Clone, Debug, Default, PartialEq, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Pictures")]
 pub(crate) struct PictureArgs {
     /// Colors, and names of layers.
     #[command(flatten)]
+    #[serde(skip)]
     pub(crate) file: FileArgs,
 
-    /// More layers in exr files, separated by commas; the method aov has all of them: position; object and material, as Cryptomatte.
+    /// More layers in exr files, separated by commas; the method aov has all of them: position;
+    /// object and material, as Cryptomatte.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(serialize_with = "written::list")]
     pub(crate) aov: Vec<Aov>,
 }
 
 /// Options of image files.
-#[derive(Clone, Debug, Default, PartialEq, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Pictures")]
 pub(crate) struct FileArgs {
     /// Exposure of png and jpg files in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
     pub(crate) exposure: f32,
 
-    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral, agx is the AgX of Blender.
-    #[arg(long, value_name = "NAME", value_parser = one_of(VIEWS), default_value = VIEWS[0].0)]
+    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral,
+    /// agx is the AgX of Blender.
+    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
+    #[serde(serialize_with = "written::word")]
     pub(crate) view: View,
 
     /// Names of the layers in exr files.
-    #[arg(long, value_name = "NAMES", value_parser = one_of(AOV_NAMES), default_value = AOV_NAMES[0].0)]
+    #[arg(long, value_name = "NAMES", value_parser = one_of::<AovNames>(), default_value = AovNames::NAMES[0].0)]
+    #[serde(serialize_with = "written::word")]
     pub(crate) aov_names: AovNames,
 }
 
@@ -59,13 +67,6 @@ impl PictureArgs {
             objects: has(Aov::Object),
             materials: has(Aov::Material),
         }
-    }
-
-    /// The words of `--aov`.
-    pub(crate) fn aov_words(&self) -> String {
-        let words = self.aov.iter().filter_map(ValueEnum::to_possible_value);
-        let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
-        words.join(",")
     }
 }
 

@@ -1,18 +1,20 @@
 //! Options of `render`.
 
 use super::gltf::GltfArgs;
-use super::lights::LightArgs;
 use super::parts::PartArgs;
 use super::picture::PictureArgs;
-use crate::names::{FILTERS, one_of};
-use crate::preset::{self, PRESETS, Preset};
+use super::written;
+use crate::light_options::LightArgs;
+use crate::names::one_of;
+use crate::preset::{self, Preset};
 use crate::values::{self, Crop, MaxDepth};
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, ValueHint};
 use manylight::film::Filter;
 use manylight::math::UVec2;
+use manylight::render::Budget;
 use manylight_lab::text::parse_duration;
 use manylight_preview::PreviewTarget;
+use serde::Serialize;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -24,8 +26,9 @@ pub(crate) struct RenderArgs {
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
-    /// Image file; the extension selects the format: exr (linear values, all layers, settings), png or jpg (sRGB), hdr, pfm. May be repeated.
-    /// Default: the name of the folder of the scene with .exr and .png, in the current folder.
+    /// Image file; the extension selects the format: exr (linear values, all layers, settings), png
+    /// or jpg (sRGB), hdr, pfm. May be repeated. Default: the name of the folder of the scene with
+    /// .exr and .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
 
@@ -33,8 +36,12 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) paths: PathArgs,
 
-    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M. Default: what the machine or its control group has
-    /// left.
+    /// Threads and warnings.
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+
+    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M. Default: what
+    /// the machine or its control group has left.
     #[arg(
         long,
         value_name = "SIZE",
@@ -72,8 +79,9 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) gltf: GltfArgs,
 
-    /// Show the picture while it grows: in the viewer tev (tev, tev:HOST:PORT; default 127.0.0.1:14158), or in a browser on this machine, at an
-    /// address that is printed (browser, browser:PORT; default: any free port).
+    /// Show the picture while it grows: in the viewer tev (tev, tev:HOST:PORT; default
+    /// 127.0.0.1:14158), or in a browser on this machine, at an address that is printed (browser,
+    /// browser:PORT; default: any free port).
     #[arg(long, value_name = "VIEWER", help_heading = "Display")]
     pub(crate) preview: Option<PreviewTarget>,
 
@@ -83,13 +91,15 @@ pub(crate) struct RenderArgs {
 }
 
 /// Options of `render` and `maps` for the method and its paths.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
 pub(crate) struct PathArgs {
     /// Rendering method. A name stands for a preset of the options under "Virtual lights".
-    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
+    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset::parser())]
+    #[serde(skip)]
     pub(crate) method: &'static Preset,
 
-    /// Longest path, counted as in Mitsuba: 1 = emission only, 2 = direct light, -1 = no limit. Default: the limit of the scene.
+    /// Longest path, counted as in Mitsuba: 1 = emission only, 2 = direct light, -1 = no limit.
+    /// Default: the limit of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
     pub(crate) max_depth: Option<MaxDepth>,
 
@@ -99,12 +109,18 @@ pub(crate) struct PathArgs {
 
     /// Value of a scene parameter `$name` (Mitsuba XML). May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    #[serde(serialize_with = "written::defines")]
     pub(crate) defines: Vec<(String, String)>,
 
-    /// Seed of the random numbers. Images with the same seed are identical to the bit, for any number of threads.
+    /// Seed of the random numbers. Images with the same seed are identical to the bit, for any
+    /// number of threads.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = values::seed)]
     pub(crate) seed: u64,
+}
 
+/// Options of `render` and `maps` that do not change the picture.
+#[derive(Clone, Debug, PartialEq, Args, Serialize)]
+pub(crate) struct RunArgs {
     /// Number of threads, from 1 to 1024. Default: one per processor.
     #[arg(short, long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroU32>,
@@ -112,6 +128,13 @@ pub(crate) struct PathArgs {
     /// Treat warnings about the scene as errors: unsupported or suspicious features.
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+impl RunArgs {
+    /// Number of threads; `None` for one per processor.
+    pub(crate) fn threads(&self) -> Option<usize> {
+        self.threads.map(|n| n.get() as usize)
+    }
 }
 
 /// Limits of a render. It stops at the first one.
@@ -123,7 +146,8 @@ pub(crate) struct BudgetArgs {
     #[arg(long, visible_alias = "spp", value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) passes: Option<NonZeroU32>,
 
-    /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time for loading the scene.
+    /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time
+    /// for loading the scene.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub(crate) time: Option<Duration>,
 
@@ -132,35 +156,57 @@ pub(crate) struct BudgetArgs {
     pub(crate) target_error: Option<f32>,
 }
 
+impl BudgetArgs {
+    /// Default number of passes of a render without time or error limit.
+    pub(super) const DEFAULT_PASSES: u32 = 16;
+
+    /// The limits, with the default number of passes if there is none.
+    pub(crate) fn budget(&self) -> Budget {
+        let is_open_ended = self.time.is_some() || self.target_error.is_some();
+        let passes = self.passes.map(NonZeroU32::get);
+        Budget {
+            passes: passes.or((!is_open_ended).then_some(Self::DEFAULT_PASSES)),
+            time: self.time,
+            relative_error: self.target_error,
+        }
+    }
+}
+
 /// Options of denoising.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Denoising")]
 pub(crate) struct DenoiseArgs {
-    /// Denoise the image at the end. In exr files, R, G, B are then denoised, and noisy.R, noisy.G, noisy.B are the image with its noise.
+    /// Denoise the image at the end. In exr files, R, G, B are then denoised, and noisy.R, noisy.G,
+    /// noisy.B are the image with its noise.
     #[arg(long, value_name = "NAME", value_enum)]
     pub(crate) denoise: Option<Denoiser>,
 
-    /// Library file of Open Image Denoise. Default: searched in the folder OIDN_DIR, in the Python package pyoidn, and in the folders of the system.
+    /// Library file of Open Image Denoise. Default: searched in the folder OIDN_DIR, in the Python
+    /// package pyoidn, and in the folders of the system.
     #[arg(long, value_name = "FILE", requires = "denoise", value_hint = ValueHint::FilePath)]
+    #[serde(serialize_with = "written::path")]
     pub(crate) oidn_lib: Option<PathBuf>,
 }
 
 /// A denoiser.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Denoiser {
     /// Open Image Denoise 2, if it is installed.
     Oidn,
 }
 
 /// Options of camera and film. Each overrides a setting of the scene.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Camera and film")]
 pub(crate) struct CameraArgs {
     /// Image size in pixels. The field of view refers to the same axis as in the scene.
     #[arg(long, value_name = "WxH", value_parser = values::size)]
+    #[serde(serialize_with = "written::size")]
     pub(crate) size: Option<UVec2>,
 
-    /// Part of the image to render, in fractions of its width and height from the upper left corner.
+    /// Part of the image to render, in fractions of its width and height from the upper left
+    /// corner.
     #[arg(long, value_name = "x0,x1,y0,y1", value_parser = values::crop)]
     pub(crate) crop: Option<Crop>,
 
@@ -169,7 +215,8 @@ pub(crate) struct CameraArgs {
     pub(crate) sensor: usize,
 
     /// Reconstruction filter.
-    #[arg(long, value_name = "NAME", value_parser = one_of(FILTERS))]
+    #[arg(long, value_name = "NAME", value_parser = one_of::<Filter>())]
+    #[serde(serialize_with = "written::optional_word")]
     pub(crate) filter: Option<Filter>,
 }
 
@@ -208,12 +255,4 @@ pub(crate) enum ProgressKind {
     Json,
     /// Nothing.
     None,
-}
-
-fn preset_parser() -> impl TypedValueParser<Value = &'static Preset> {
-    let names = PRESETS
-        .iter()
-        .map(|preset| PossibleValue::new(preset.name).help(preset.summary));
-    PossibleValuesParser::new(names)
-        .map(|name| preset::find(&name).expect("invariant: the parser accepts presets alone"))
 }

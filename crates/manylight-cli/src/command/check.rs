@@ -3,16 +3,12 @@
 use crate::args::CheckArgs;
 use crate::failure::{DONE, FILE_SYSTEM, Failure, SCENE, STRICT};
 use crate::output::{print_diagnostic, print_message};
-use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene, shown_path};
+use manylight_io::{LoadErrorKind, Severity, check_scene, shown_path};
 use manylight_lab::text::plural;
 
 /// Prints every error and warning of a scene.
 pub(crate) fn run(args: &CheckArgs) -> Result<u8, Failure> {
-    let options = LoadOptions {
-        defines: args.defines.clone(),
-        gltf: args.gltf.options(),
-        ..LoadOptions::default()
-    };
+    let options = args.gltf.load_options(&args.defines);
     let found = check_scene(&args.scene, &options);
     for diagnostic in &found {
         print_diagnostic(diagnostic);

@@ -10,7 +10,6 @@ use manylight::math::Aabb;
 use manylight::scene::{PrimitiveDesc, Scene, SceneDesc};
 use manylight::sensors::{SensorDesc, SensorKind};
 use manylight::texture::Texture;
-use manylight_io::LoadOptions;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -19,11 +18,7 @@ const SCHEMA: &str = "manylight.info/1";
 
 /// Describes a scene.
 pub(crate) fn run(args: &InfoArgs) -> Result<u8, Failure> {
-    let options = LoadOptions {
-        defines: args.defines.clone(),
-        gltf: args.gltf.options(),
-        ..LoadOptions::default()
-    };
+    let options = args.gltf.load_options(&args.defines);
     let loaded = manylight_io::load_scene(&args.scene, &options)?;
     let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     print_warnings(&warnings);

@@ -2,8 +2,9 @@
 
 use crate::args::{ListArgs, Listing, SceneFormat};
 use crate::failure::{DONE, Failure};
+use crate::light_options::settings;
 use crate::output::print_data;
-use crate::preset::{PRESETS, Preset, settings};
+use crate::preset::{PRESETS, Preset};
 use clap::ValueEnum;
 
 /// Prints a list of names.

@@ -1,4 +1,5 @@
-//! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as images.
+//! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as
+//! images.
 
 use super::render::open;
 use crate::args::{DisplayArgs, MapsArgs};
@@ -28,7 +29,7 @@ const FILES: [&str; 6] = [
 pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     let request = RenderRequest::for_maps(args, &FILES)?;
     if !matches!(request.kind, MethodKind::ManyLight(_)) {
-        return Err(no_lights(request.method));
+        return Err(no_lights(request.paths.method));
     }
     let display = DisplayArgs {
         quiet: args.quiet,
@@ -69,7 +70,7 @@ fn metadata(settings: &Settings) -> Vec<(String, String)> {
     let mut metadata = vec![
         ("software".to_string(), software),
         ("scene".into(), scene),
-        ("method".into(), settings.request.method.into()),
+        ("method".into(), settings.request.paths.method.name.into()),
     ];
     metadata.extend(settings.metadata());
     metadata

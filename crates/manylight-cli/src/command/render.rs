@@ -24,8 +24,8 @@ use std::sync::Arc;
 /// Renders a scene to image files, or a share of it to a part file.
 pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let request = RenderRequest::new(args)?;
-    let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
-    let (images, parts) = match request.shard {
+    let checkpoint = request.parts.checkpoint.as_ref();
+    let (images, parts) = match request.parts.shard {
         None => (request.outputs.as_slice(), [].as_slice()),
         Some(_) => ([].as_slice(), request.outputs.as_slice()),
     };
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
         interrupt: &interrupt,
         console: Console::default(),
     };
-    match run.session.request.shard {
+    match run.session.request.parts.shard {
         None => run.whole(oidn.as_ref()),
         Some(shard) => run.share(shard),
     }
@@ -62,7 +62,7 @@ pub(super) fn open(
             oidn.file().display()
         ));
     }
-    let (pool, stats) = (thread_pool(request.threads)?, Stats::default());
+    let (pool, stats) = (thread_pool(request.run.threads())?, Stats::default());
     let file = load(&request, &pool, &stats, display)?;
     let scene = build_scene(&request, file.desc, &pool, &stats)?;
     Ok(Session {
@@ -88,10 +88,10 @@ fn load(
     }
     let file = SceneFile::load(request, &request.load_options(), pool, stats)?;
     file.check_outputs(request)?;
-    if !display.quiet || request.strict {
+    if !display.quiet || request.run.strict {
         print_warnings(&file.warnings);
     }
-    if request.strict && !file.warnings.is_empty() {
+    if request.run.strict && !file.warnings.is_empty() {
         return Err(Failure::Strict(file.warnings.len()));
     }
     Ok(file)
@@ -164,7 +164,9 @@ impl Run<'_> {
         let warnings = self.session.all_warnings().len();
         match self.interrupt.exit_code() {
             Some(code) => Ok(code),
-            None if self.session.request.strict && warnings > 0 => Err(Failure::Strict(warnings)),
+            None if self.session.request.run.strict && warnings > 0 => {
+                Err(Failure::Strict(warnings))
+            }
             None => Ok(DONE),
         }
     }
@@ -194,7 +196,7 @@ fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
 /// Prints a suggestion for the next command.
 fn print_next_step(report: &RenderReport) {
     let request = report.settings.request;
-    if request.shard.is_some() {
+    if request.parts.shard.is_some() {
         print_message(
             "next: manylight merge PART... -o image.exr   (with the parts of all shares)",
         );
@@ -206,7 +208,7 @@ fn print_next_step(report: &RenderReport) {
         .find(|path| path.extension().is_some_and(|e| e == "exr"));
     let scene = shown_path(&request.scene);
     match exr {
-        Some(image) if request.method != "path" => {
+        Some(image) if request.paths.method.name != "path" => {
             print_message(format_args!(
                 "next: manylight render {scene} -m path --spp 256 -o reference.exr\n      \
                  manylight compare {} reference.exr",

@@ -1,10 +1,9 @@
 //! Scenes that are loaded once and rendered several times.
 
-use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, scene_failure, thread_pool};
-use clap::Parser;
+use crate::usage::render_args;
 use manylight::render::Stats;
 use manylight::scene::{Scene, SceneDesc};
 use manylight::sensors::SensorDesc;
@@ -31,14 +30,16 @@ enum Content {
 }
 
 impl HeldScene {
-    /// Loads a scene. `words` are its file, and those options of `manylight render` that belong to loading.
+    /// Loads a scene. `words` are its file, and those options of `manylight render` that belong to
+    /// loading.
     ///
     /// # Errors
-    /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a warning.
+    /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a
+    /// warning.
     pub fn load(words: Vec<String>) -> Result<Self, Failure> {
         let request = request(&words, &[])?;
         let options = LoadOptions {
-            strict: request.strict,
+            strict: request.run.strict,
             ..request.load_options()
         };
         let file = SceneFile::load(&request, &options, &thread_pool(None)?, &Stats::default())?;
@@ -69,10 +70,11 @@ impl HeldScene {
     /// A session that renders this scene. `words` are options of `manylight render`.
     ///
     /// # Errors
-    /// An option is wrong or contradicts another, the scene has no such camera, or it is being rendered with another camera or film.
+    /// An option is wrong or contradicts another, the scene has no such camera, or it is being
+    /// rendered with another camera or film.
     pub fn session(&self, words: &[String]) -> Result<Session, Failure> {
         let request = request(&self.words, words)?;
-        let (pool, stats) = (thread_pool(request.threads)?, Stats::default());
+        let (pool, stats) = (thread_pool(request.run.threads())?, Stats::default());
         let oidn = open_denoiser(&request)?.map(|oidn| oidn.version());
         let scene = self.scene(&request, &pool, &stats)?;
         Ok(Session {
@@ -125,27 +127,12 @@ impl HeldScene {
 
 /// The request of a command line with these words.
 fn request(scene_words: &[String], words: &[String]) -> Result<RenderRequest, Failure> {
-    let command = ["manylight", "render"].into_iter();
-    let words = scene_words.iter().chain(words).map(String::as_str);
-    let cli = Cli::try_parse_from(command.chain(words)).map_err(usage)?;
-    let Command::Render(args) = cli.command else {
-        unreachable!("the subcommand is `render`")
-    };
+    let args = render_args(scene_words.iter().chain(words).map(String::as_str))?;
     let request = RenderRequest::new(&args)?;
     Ok(RenderRequest {
         outputs: Vec::new(),
         ..request
     })
-}
-
-/// The failure of a wrong command line. The message of `clap` ends with paragraphs of suggestions and usage.
-fn usage(error: clap::Error) -> Failure {
-    let text = error.to_string();
-    let mut paragraphs = text.split("\n\n").map(str::trim);
-    let message = paragraphs.next().unwrap_or_default();
-    let message = message.strip_prefix("error: ").unwrap_or(message);
-    let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: "));
-    Failure::usage(message, tip.unwrap_or("see `manylight render --help`"))
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ impl Session {
         interrupt: &Interrupt,
     ) -> Result<Option<InterimMaps>, Failure> {
         let MethodKind::ManyLight(lights) = &self.request.kind else {
-            return Err(no_lights(self.request.method));
+            return Err(no_lights(self.request.paths.method));
         };
         let method = self.request.method(self.scene.limits);
         Ok(self.pool.install(|| {
@@ -52,7 +52,7 @@ impl Session {
             let run = PassContext {
                 guide: &guide,
                 pass: Pass {
-                    seed: self.request.seed,
+                    seed: self.request.paths.seed,
                     index: 0,
                 },
                 stats: &self.stats,

@@ -1,15 +1,15 @@
 //! Renders for programs that keep scenes and pictures in memory, such as the Python package.
 //!
-//! Settings are words of the command line of `manylight render`, so that both doors have the same names, defaults and messages.
+//! Settings are words of the command line of `manylight render`, so that both doors have the same
+//! names, defaults and messages.
 
 mod held_scene;
 mod maps;
+mod options;
 mod parts;
 mod render;
 
 pub use held_scene::HeldScene;
+pub use options::{RenderOption, pass_limit, render_options};
 pub use parts::{PartBlocks, merge, part_header};
-pub use render::{Picture, Rendered, display_transform};
-
-/// Passes of a render without a limit.
-pub const DEFAULT_PASSES: u32 = crate::request::DEFAULT_PASSES;
+pub use render::{DEFAULT_VIEW, Picture, Rendered, display_transform};

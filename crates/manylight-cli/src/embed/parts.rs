@@ -32,11 +32,12 @@ pub enum PartBlocks {
 }
 
 impl Session {
-    /// Renders blocks of passes to the part file `path`. `false` if it was interrupted: nothing is written then.
+    /// Renders blocks of passes to the part file `path`. `false` if it was interrupted: nothing is
+    /// written then.
     ///
     /// # Errors
-    /// There are no such blocks, the session has a limit that depends on all shares, the memory limit is too small, or the file cannot be
-    /// written.
+    /// There are no such blocks, the session has a limit that depends on all shares, the memory
+    /// limit is too small, or the file cannot be written.
     pub fn render_part(
         &self,
         blocks: PartBlocks,
@@ -107,7 +108,8 @@ fn checked(blocks: PartBlocks, job: &RenderJob) -> Result<Range<u32>, Failure> {
 /// Merges part files to a picture, as `manylight merge` does.
 ///
 /// # Errors
-/// A part cannot be read, is damaged or belongs to another render, or a block is missing or given twice.
+/// A part cannot be read, is damaged or belongs to another render, or a block is missing or given
+/// twice.
 pub fn merge(parts: &[PathBuf]) -> Result<Picture, Failure> {
     if parts.is_empty() {
         return Err(Failure::usage(
@@ -119,7 +121,8 @@ pub fn merge(parts: &[PathBuf]) -> Result<Picture, Failure> {
     Ok(Picture::new(&film, None, &facts))
 }
 
-/// Checks a part file of a share, and returns what it says: `render`, `film`, `state`, and the indices of its `blocks`.
+/// Checks a part file of a share, and returns what it says: `render`, `film`, `state`, and the
+/// indices of its `blocks`.
 ///
 /// # Errors
 /// The file cannot be read, is damaged, or is no share.

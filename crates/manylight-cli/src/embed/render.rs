@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::names::{AovNames, VIEWS};
+use crate::names::{AovNames, Named, value_of};
 use crate::output::Console;
 use crate::picture::{PictureFacts, PictureSource};
 use crate::prepared::Prepared;
@@ -10,7 +10,7 @@ use crate::session::{Session, open_denoiser};
 use manylight::film::Film;
 use manylight::image::Image;
 use manylight::render::{Observer, RenderJob, Stop};
-use manylight_io::image::{DisplayTransform, LayeredImage};
+use manylight_io::image::{DisplayTransform, LayeredImage, View};
 
 /// A picture with what is known of its render.
 #[derive(Clone, Debug)]
@@ -39,17 +39,16 @@ impl Picture {
     }
 }
 
+/// The word of `--view` that is its default.
+pub const DEFAULT_VIEW: &str = View::NAMES[0].0;
+
 /// How values become colors of 8 bits: an exposure in stops, and a word that `--view` takes.
 ///
 /// # Errors
 /// The word is unknown.
 pub fn display_transform(exposure: f32, view: &str) -> Result<DisplayTransform, Failure> {
-    let found = VIEWS.iter().find(|(name, _)| *name == view);
-    let view = found.map(|&(_, view)| view).ok_or_else(|| {
-        let names: Vec<&str> = VIEWS.iter().map(|&(name, _)| name).collect();
-        let help = format!("expected one of {}", names.join(", "));
-        Failure::usage(format!("--view: found '{view}'"), help)
-    })?;
+    let view = value_of(view)
+        .map_err(|expected| Failure::usage(format!("--view: found '{view}'"), expected))?;
     Ok(DisplayTransform {
         exposure_ev: exposure,
         view,
@@ -76,7 +75,8 @@ impl Session {
     /// Renders a picture, and denoises it if that is asked for.
     ///
     /// # Errors
-    /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from is not one of this render.
+    /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from
+    /// is not one of this render.
     pub fn render(
         &self,
         interrupt: &Interrupt,

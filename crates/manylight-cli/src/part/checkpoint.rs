@@ -5,7 +5,7 @@ use super::run_state::RunState;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::Console;
-use crate::request::{CheckpointPlan, RenderRequest};
+use crate::request::RenderRequest;
 use crate::session::Session;
 use manylight::film::Film;
 use manylight::film::arrays::arrays_of_sums;
@@ -24,7 +24,9 @@ const CURRENT: &str = "current.";
 
 /// An observer that writes checkpoints and calls another observer.
 struct Checkpoints<'a> {
-    plan: &'a CheckpointPlan,
+    path: &'a Path,
+    /// Time between two checkpoints.
+    interval: Duration,
     /// What the checkpoint must agree with to be continued.
     identity: &'a Map<String, Value>,
     interrupt: &'a Interrupt,
@@ -41,7 +43,7 @@ impl Checkpoints<'_> {
         let written = stats.time("checkpoint", || {
             let _complete_file = self.interrupt.writing();
             write(
-                &self.plan.path,
+                self.path,
                 self.identity,
                 film,
                 &RunState::new(stats, elapsed),
@@ -55,7 +57,7 @@ impl Checkpoints<'_> {
 impl Observer for Checkpoints<'_> {
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         let flow = self.observer.pass_done(film, stats, elapsed);
-        if self.last.elapsed() >= self.plan.interval {
+        if self.last.elapsed() >= self.interval {
             self.write(film, stats, elapsed);
             // A full disk may have room again later: the render goes on.
             if let Some(failure) = &self.failure {
@@ -106,19 +108,17 @@ impl Resumed {
     /// What `request` asks to continue with.
     ///
     /// # Errors
-    /// The checkpoint cannot be read, is damaged, or is one of another render, or the render is complete.
+    /// The checkpoint cannot be read, is damaged, or is one of another render, or the render is
+    /// complete.
     pub(crate) fn load(
         request: &RenderRequest,
         job: &RenderJob,
         identity: &Map<String, Value>,
     ) -> Result<Self, Failure> {
-        let Some(path) = &request.resume else {
+        let Some(path) = &request.parts.resume else {
             return Ok(Resumed::nothing(job));
         };
-        let is_own = request
-            .checkpoint
-            .as_ref()
-            .is_some_and(|plan| plan.path == *path);
+        let is_own = request.parts.checkpoint.as_ref() == Some(path);
         if is_own && !path.exists() {
             return Ok(Resumed::nothing(job));
         }
@@ -140,7 +140,8 @@ impl Resumed {
         Ok(Resumed { film, state })
     }
 
-    /// Renders the passes of `job` that follow, and keeps checkpoints if `session` asks for them. Also says whether the last one was written.
+    /// Renders the passes of `job` that follow, and keeps checkpoints if `session` asks for them.
+    /// Also says whether the last one was written.
     pub(crate) fn render(
         self,
         session: &Session,
@@ -152,13 +153,15 @@ impl Resumed {
     ) -> (Outcome, Result<(), FileError>) {
         let (pool, stats, cancel) = (&session.pool, &session.stats, interrupt.cancel());
         let (film, elapsed) = (self.film, self.state.elapsed());
-        let Some(plan) = &session.request.checkpoint else {
+        let parts = &session.request.parts;
+        let Some(path) = &parts.checkpoint else {
             let outcome = pool.install(|| resume(job, film, elapsed, stats, cancel, observer));
             return (outcome, Ok(()));
         };
         pool.install(|| {
             let mut checkpoints = Checkpoints {
-                plan,
+                path,
+                interval: parts.checkpoint_every,
                 identity,
                 interrupt,
                 console,

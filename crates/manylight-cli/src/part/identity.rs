@@ -4,7 +4,8 @@ use crate::failure::Failure;
 use manylight_io::part::PartFile;
 use serde_json::{Map, Value};
 
-/// Refuses a part of another render. `other` names the render with the identity `expected`, such as "this command".
+/// Refuses a part of another render. `other` names the render with the identity `expected`, such as
+/// "this command".
 ///
 /// # Errors
 /// The first setting in which they differ, with both values.

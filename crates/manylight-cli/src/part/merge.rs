@@ -22,7 +22,8 @@ const LISTED: usize = 10;
 /// Merges part files. One block of passes is in memory beside the sum of those before.
 ///
 /// # Errors
-/// A part cannot be read, is damaged or belongs to another render, or a block is missing or given twice.
+/// A part cannot be read, is damaged or belongs to another render, or a block is missing or given
+/// twice.
 pub(crate) fn merge_parts(paths: &[PathBuf]) -> Result<(Film, PictureFacts), Failure> {
     let parts = paths
         .iter()
@@ -118,7 +119,8 @@ fn passes_of_blocks<'b>(blocks: impl Iterator<Item = &'b u32>, block_passes: Non
     count.saturating_mul(block_passes.get())
 }
 
-/// Passes of the render that the parts belong to; `None` if it has no end. Refuses checkpoints, and parts of several renders.
+/// Passes of the render that the parts belong to; `None` if it has no end. Refuses checkpoints, and
+/// parts of several renders.
 fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
     let passes: Vec<Option<u32>> = parts
         .iter()
@@ -136,7 +138,8 @@ fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
     Ok(passes[0])
 }
 
-/// Passes of the render that a share belongs to; `None` if it has no end. A checkpoint does not state them.
+/// Passes of the render that a share belongs to; `None` if it has no end. A checkpoint does not
+/// state them.
 fn passes_of_share(part: &PartFile) -> Result<Option<u32>, Failure> {
     let passes = part.header().render.get(PASSES);
     if passes == Some(&Value::Null) {
@@ -160,8 +163,9 @@ pub(crate) fn blocks_of(part: &PartFile) -> Result<Vec<u32>, Failure> {
     blocks.ok_or_else(|| damaged(part.path(), "found a group of arrays that is no block"))
 }
 
-/// Adds the blocks in their order. A part is checked just before its blocks are read, while those of the part before are added: the system
-/// still has the file in memory, so that it is read from the disk once.
+/// Adds the blocks in their order. A part is checked just before its blocks are read, while those
+/// of the part before are added: the system still has the file in memory, so that it is read from
+/// the disk once.
 fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
     let mut film = parts[plan.part_of[0]].film(&block_group(0))?;
     let runs = plan.runs();
@@ -169,7 +173,8 @@ fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
     check(parts, &mut is_checked, runs.first())?;
     for (i, run) in runs.iter().enumerate() {
         let next = runs.get(i + 1);
-        // All blocks are added by this thread: memory that another thread frees would not be used again.
+        // All blocks are added by this thread: memory that another thread frees would not be used
+        // again.
         std::thread::scope(|scope| {
             let checking = scope.spawn(|| check(parts, &mut is_checked, next));
             add(&mut film, &parts[run.part], run.blocks.clone(), plan.passes)?;

@@ -12,7 +12,8 @@ use manylight_io::part::{PartHeader, write_part};
 use serde_json::json;
 use std::path::Path;
 
-/// Key of the number of passes of the whole render. A render without this number has the passes of all blocks that its parts have.
+/// Key of the number of passes of the whole render. A render without this number has the passes of
+/// all blocks that its parts have.
 pub(crate) const PASSES: &str = "passes";
 
 /// Prefix of the arrays of a block.

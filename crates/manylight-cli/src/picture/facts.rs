@@ -6,7 +6,8 @@ use manylight_io::image::ImageCamera;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Names, camera and metadata of a picture. Part files keep them, so that no scene is needed to merge.
+/// Names, camera and metadata of a picture. Part files keep them, so that no scene is needed to
+/// merge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PictureFacts {
     /// Names by id, of each recorded id layer.

@@ -6,8 +6,8 @@ use crate::names::AovNames;
 const VIEW_LAYER: &str = "ViewLayer";
 
 impl AovNames {
-    /// The name of a layer; `name` is empty for the image itself. Layers that Blender has as well get its names, which Blender 5.0
-    /// writes; the others keep theirs inside of the view layer.
+    /// The name of a layer; `name` is empty for the image itself. Layers that Blender has as well
+    /// get its names, which Blender 5.0 writes; the others keep theirs inside of the view layer.
     pub(crate) fn layer(self, name: &str) -> String {
         if self == AovNames::Manylight {
             return name.to_owned();

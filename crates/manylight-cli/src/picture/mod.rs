@@ -1,10 +1,11 @@
 //! The layers and metadata of an image file, from a film.
 //!
-//! `R`, `G`, `B` are premultiplied by the alpha `A`: light where nothing is, such as that of glass, adds to what is behind.
-//! With a denoised image, `R`, `G`, `B` hold it, and the layer `noisy` holds the sum of the other layers. All variances belong to the latter.
+//! `R`, `G`, `B` are premultiplied by the alpha `A`: light where nothing is, such as that of glass,
+//! adds to what is behind. With a denoised image, `R`, `G`, `B` hold it, and the layer `noisy`
+//! holds the sum of the other layers. All variances belong to the latter.
 //!
-//! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same holds for the variance of block means with fewer
-//! than two batches.
+//! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same
+//! holds for the variance of block means with fewer than two batches.
 
 mod facts;
 mod layer_names;
@@ -62,7 +63,8 @@ impl PictureSource<'_> {
         results.into_iter().collect()
     }
 
-    /// All layers of the film: the image with its alpha, its variances, the other layers, then the mattes.
+    /// All layers of the film: the image with its alpha, its variances, the other layers, then the
+    /// mattes.
     pub(crate) fn picture(&self, naming: AovNames) -> LayeredImage {
         let film = self.film;
         let size = film.image_size();

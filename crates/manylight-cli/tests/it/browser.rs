@@ -1,12 +1,13 @@
-//! The pages of `compare --html` and `--preview browser` in a headless browser: Chromium, from `MANYLIGHT_BROWSER` or found by name.
+//! The pages of `compare --html` and `--preview browser` in a headless browser: Chromium, from
+//! `MANYLIGHT_BROWSER` or found by name.
 
 use crate::preview::Served;
 use crate::support::{BOX, Folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Script of a user: waits for the images, reads a pixel of the right image, and moves the slider beyond it. The values become the title of the
-/// page.
+/// Script of a user: waits for the images, reads a pixel of the right image, and moves the slider
+/// beyond it. The values become the title of the page.
 const READER: &str = r#"<script>
 const seen = [];
 addEventListener("error", (event) => seen.push(`error: ${event.message}`));
@@ -89,7 +90,8 @@ fn the_page_works_in_a_browser() {
     }
 }
 
-/// The page follows a render to its end. `docs/preview/page_in_chromium.py` uses it as a person would.
+/// The page follows a render to its end. `docs/preview/page_in_chromium.py` uses it as a person
+/// would.
 #[test]
 fn the_preview_works_in_a_browser() {
     let Some(browser) = browser() else {

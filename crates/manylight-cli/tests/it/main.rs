@@ -15,6 +15,7 @@ mod parts;
 mod pictures;
 mod preview;
 mod problems;
+mod quoted_figures;
 mod render;
 mod study;
 mod support;

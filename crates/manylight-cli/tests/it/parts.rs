@@ -1,4 +1,5 @@
-//! Shares and checkpoints: the same bits as one run, and refusals of files that do not belong to it.
+//! Shares and checkpoints: the same bits as one run, and refusals of files that do not belong to
+//! it.
 
 use crate::support::{BOX, Ended, Folder};
 use manylight_io::image::read_layered_image;

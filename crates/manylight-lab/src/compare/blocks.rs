@@ -6,19 +6,23 @@ use serde::Serialize;
 /// Width and height of a block in pixels.
 const BLOCK_SIZE: usize = 8;
 
-/// Absolute z-score above which a block counts as different. With normally distributed noise alone, 0.27 % of blocks exceed it.
+/// Absolute z-score above which a block counts as different. With normally distributed noise alone,
+/// 0.27 % of blocks exceed it.
 const SCORE_LIMIT: f64 = 3.0;
 
-/// Relative rounding error of image values, which are sums of 32-bit floats. It matters where there is no noise, as on emitters.
+/// Relative rounding error of image values, which are sums of 32-bit floats. It matters where there
+/// is no noise, as on emitters.
 const RELATIVE_ROUNDING: f64 = 1e-6;
 
-/// Statistics of z = (x - r) / sqrt(var x + var r + rounding²), with x and r the means over a block in one channel.
+/// Statistics of z = (x - r) / sqrt(var x + var r + rounding²), with x and r the means over a block
+/// in one channel.
 ///
-/// A variance estimated from few batches makes z follow Student's distribution. Then z is replaced by the value of a standard normal
-/// variable with the same probability of being exceeded.
+/// A variance estimated from few batches makes z follow Student's distribution. Then z is replaced
+/// by the value of a standard normal variable with the same probability of being exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BlockScores {
-    /// Number of scores: pairs of block and channel with at least one kept pixel, and with noise or a difference.
+    /// Number of scores: pairs of block and channel with at least one kept pixel, and with noise or
+    /// a difference.
     pub count: usize,
     /// Fraction of the scores with |z| > 3.
     pub share_beyond_3: f64,
@@ -76,7 +80,8 @@ impl PixelBlock {
 struct ImageNoise<'f> {
     /// Variance of each pixel.
     pixels: &'f [[f32; 3]],
-    /// Variance of the mean over the block of each pixel, and the degrees of freedom of the estimate; `None` if pixels are independent.
+    /// Variance of the mean over the block of each pixel, and the degrees of freedom of the
+    /// estimate; `None` if pixels are independent.
     blocks: Option<(&'f [[f32; 3]], f64)>,
 }
 
@@ -102,8 +107,8 @@ impl<'f> ImageNoise<'f> {
         })
     }
 
-    /// Variance of the sum over the kept pixels of a block. For an incomplete block only the variances of single pixels are known, and
-    /// the pixels are taken as independent.
+    /// Variance of the sum over the kept pixels of a block. For an incomplete block only the
+    /// variances of single pixels are known, and the pixels are taken as independent.
     fn of_sum(&self, block: &PixelBlock, c: usize) -> Variance {
         let pixels = &block.pixels;
         match (self.blocks, pixels.first()) {
@@ -120,8 +125,8 @@ impl<'f> ImageNoise<'f> {
 }
 
 impl Variance {
-    /// Variance of the difference of two independent values, with the effective degrees of freedom (Welch, "The generalization of
-    /// `Student's' problem", Biometrika 1947).
+    /// Variance of the difference of two independent values, with the effective degrees of freedom
+    /// (Welch, "The generalization of `Student's' problem", Biometrika 1947).
     fn of_difference([a, b]: [Variance; 2]) -> Variance {
         let value = a.value + b.value;
         let spread = a.value.powi(2) / a.freedom + b.value.powi(2) / b.freedom;
@@ -134,8 +139,9 @@ impl Variance {
     }
 }
 
-/// The standard normal value with the same tail probability as Student's `t` (Wallace, "Bounds on normal approximations to Student's and the chi-square
-/// distributions", Ann. Math. Stat. 1959, eq. 4.2; within 2 % from 3 degrees of freedom on).
+/// The standard normal value with the same tail probability as Student's `t` (Wallace, "Bounds on
+/// normal approximations to Student's and the chi-square distributions", Ann. Math. Stat. 1959, eq.
+/// 4.2; within 2 % from 3 degrees of freedom on).
 fn normal(t: f64, freedom: f64) -> f64 {
     if freedom > 1e6 {
         return t;
@@ -145,8 +151,8 @@ fn normal(t: f64, freedom: f64) -> f64 {
     z.copysign(t)
 }
 
-/// z-score of one block in one channel. The number of pixels cancels: z = Σ(x - r) / sqrt(Σ var). `None` if the images are equal there and
-/// have no noise.
+/// z-score of one block in one channel. The number of pixels cancels: z = Σ(x - r) / sqrt(Σ var).
+/// `None` if the images are equal there and have no noise.
 fn score(
     image: &ComparisonImage,
     reference: &ComparisonImage,
@@ -158,7 +164,8 @@ fn score(
     let value = |image: &ComparisonImage, i: usize| f64::from(image.rgb[i][c]);
     let difference = sum(&|i| value(image, i) - value(reference, i));
     let variance = Variance::of_difference(variances);
-    // Pixels of the same value round in the same direction: rounding errors add up before they are squared.
+    // Pixels of the same value round in the same direction: rounding errors add up before they are
+    // squared.
     let rounding =
         RELATIVE_ROUNDING * sum(&|i| value(image, i).abs().max(value(reference, i).abs()));
     (difference != 0.0 || variance.value > 0.0).then(|| {
@@ -223,7 +230,8 @@ mod tests {
         };
         let blocks = vec![[0.04; 3]; 64];
         image.correlation = NoiseCorrelation::Known { blocks, mean };
-        // 2.5 standard deviations by 10 degrees of freedom: 3.1 % of all are farther off, as beyond 2.15 of a normal variable.
+        // 2.5 standard deviations by 10 degrees of freedom: 3.1 % of all are farther off, as beyond
+        // 2.15 of a normal variable.
         let scores = block_scores(&image, &reference, &[true; 64]).unwrap();
         assert!((scores.mean - 2.15).abs() < 0.01, "{scores:?}");
         // A part of the block is judged by its pixels: 0.5 / (0.1 / sqrt(63)).

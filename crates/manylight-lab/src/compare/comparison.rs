@@ -12,7 +12,8 @@ use serde::Serialize;
 pub struct Comparison {
     /// Name of the image.
     pub image: String,
-    /// Number of pixels that are finite in both images. All measures but SSIM and HDR-FLIP leave the others out.
+    /// Number of pixels that are finite in both images. All measures but SSIM and HDR-FLIP leave
+    /// the others out.
     pub pixels: usize,
     /// Number of pixels with an infinite value or NaN in one of the images.
     pub non_finite_pixels: usize,
@@ -29,7 +30,8 @@ pub struct Comparison {
     /// Means of image and reference, and their ratio.
     #[serde(flatten)]
     pub means: Means,
-    /// Expected errors if the images differed by noise alone; `None` unless both variances are known.
+    /// Expected errors if the images differed by noise alone; `None` unless both variances are
+    /// known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<NoiseFloor>,
     /// Expected errors from the noise of the reference alone; `None` unless its variance is known.
@@ -38,12 +40,14 @@ pub struct Comparison {
     /// z-scores of 8x8 blocks; `None` unless both variances are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blocks: Option<BlockScores>,
-    /// Measures over the pixels without visible emitters; `None` if the image has no `emission` layer.
+    /// Measures over the pixels without visible emitters; `None` if the image has no `emission`
+    /// layer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_emitters: Option<WithoutEmitters>,
 }
 
-/// Measures over the pixels in which no emitter is visible, directly or through specular reflection and refraction.
+/// Measures over the pixels in which no emitter is visible, directly or through specular reflection
+/// and refraction.
 #[derive(Debug, Serialize)]
 pub struct WithoutEmitters {
     /// Number of these pixels.

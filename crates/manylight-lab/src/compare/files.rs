@@ -20,7 +20,8 @@ pub fn read_image(path: &Path, layer: Option<&str>) -> Result<ComparisonImage, L
     })
 }
 
-/// Reads the image file at `path` and compares it with `reference`, which [`read_image`] has read from `reference_path`.
+/// Reads the image file at `path` and compares it with `reference`, which [`read_image`] has read
+/// from `reference_path`.
 ///
 /// # Errors
 /// The file cannot be read, has no such color channels, or has another size than the reference.

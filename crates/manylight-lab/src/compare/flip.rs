@@ -1,14 +1,17 @@
-//! HDR-FLIP: per-pixel difference in [0, 1] that an observer perceives when alternating between two images.
+//! HDR-FLIP: per-pixel difference in [0, 1] that an observer perceives when alternating between two
+//! images.
 //!
-//! Source: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating Images", HPG
-//! 2020; for linear values of high dynamic range: Andersson, Nilsson, Shirley, Akenine-Möller, "Visualizing Errors in Rendered
-//! High Dynamic Range Images", Eurographics 2021 short papers. All constants are from these papers.
+//! Source: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference
+//! Evaluator for Alternating Images", HPG 2020; for linear values of high dynamic range: Andersson,
+//! Nilsson, Shirley, Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images",
+//! Eurographics 2021 short papers. All constants are from these papers.
 
 use super::image::ComparisonImage;
 use super::planes::{ColorPlanes, convolve, displayable, normalized};
 use std::f32::consts::PI;
 
-/// Pixels per degree of the visual field: an observer at 0.7 m from a screen of 0.7 m and 3840 pixels width.
+/// Pixels per degree of the visual field: an observer at 0.7 m from a screen of 0.7 m and 3840
+/// pixels width.
 const PIXELS_PER_DEGREE: f32 = 3840.0 * PI / 180.0;
 
 /// Exponent q_c of color differences.
@@ -22,7 +25,8 @@ const FEATURE_EXPONENT: f32 = 0.5;
 /// Width w of detected features in degrees.
 const FEATURE_WIDTH: f32 = 0.082;
 
-/// Contrast sensitivity of each opponent color channel: pairs (a, b) of the sum of Gaussians `a √(π/b) exp(-π² x² / b)`, x in degrees.
+/// Contrast sensitivity of each opponent color channel: pairs (a, b) of the sum of Gaussians `a
+/// √(π/b) exp(-π² x² / b)`, x in degrees.
 const CONTRAST_SENSITIVITY: [&[(f32, f32)]; 3] = [
     &[(1.0, 0.0047)],
     &[(1.0, 0.0053)],
@@ -31,15 +35,17 @@ const CONTRAST_SENSITIVITY: [&[(f32, f32)]; 3] = [
 /// The largest `b` in [`CONTRAST_SENSITIVITY`]; it determines the size of the filter kernels.
 const LARGEST_B: f32 = 0.04;
 
-/// Coefficients of the tone curve `(k0 x² + k1 x + k2) / (k3 x² + k4 x + k5)`: the ACES fit by Narkowicz with the exposure of the source.
+/// Coefficients of the tone curve `(k0 x² + k1 x + k2) / (k3 x² + k4 x + k5)`: the ACES fit by
+/// Narkowicz with the exposure of the source.
 const TONE_CURVE: [f32; 6] = [0.36 * 2.51, 0.6 * 0.03, 0.0, 0.36 * 2.43, 0.6 * 0.59, 0.14];
-/// Tone-mapped luminance that the largest luminance has at the first exposure, and the median at the last.
+/// Tone-mapped luminance that the largest luminance has at the first exposure, and the median at
+/// the last.
 const TONE_TARGET: f32 = 0.85;
 /// Lower bound of the median and of the largest luminance.
 const MIN_LUMINANCE: f32 = f32::EPSILON;
 
-/// HDR-FLIP of each pixel, row by row: the maximum of FLIP over exposures that are chosen from the reference. Values that are not finite
-/// count as black. Both images have the same size.
+/// HDR-FLIP of each pixel, row by row: the maximum of FLIP over exposures that are chosen from the
+/// reference. Values that are not finite count as black. Both images have the same size.
 pub fn flip_map(image: &ComparisonImage, reference: &ComparisonImage) -> Vec<f32> {
     let mut most = vec![0.0f32; reference.rgb.len()];
     for exposure in exposures(reference) {
@@ -123,7 +129,8 @@ fn color_differences(image: &ColorPlanes, reference: &ColorPlanes) -> Vec<f32> {
     pairs.map(|(x, r)| share(far(x, r))).collect()
 }
 
-/// Filters each channel by the contrast sensitivity function: details too fine for the observer vanish.
+/// Filters each channel by the contrast sensitivity function: details too fine for the observer
+/// vanish.
 fn filter_by_contrast_sensitivity(planes: &ColorPlanes) -> ColorPlanes {
     let radius = (3.0 * (LARGEST_B / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
     let gaussian = |b: f32| -> Vec<f32> {
@@ -165,7 +172,8 @@ fn feature_differences(image: &ColorPlanes, reference: &ColorPlanes) -> Vec<f32>
     pairs.map(difference).collect()
 }
 
-/// Strength of edges and points: norms of first and second derivatives of the achromatic channel under a Gaussian.
+/// Strength of edges and points: norms of first and second derivatives of the achromatic channel
+/// under a Gaussian.
 fn features(planes: &ColorPlanes) -> Vec<[f32; 2]> {
     let sigma = 0.5 * FEATURE_WIDTH * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma).ceil() as i32;
@@ -192,8 +200,8 @@ fn features(planes: &ColorPlanes) -> Vec<[f32; 2]> {
     edges.into_iter().zip(points).map(|(e, p)| [e, p]).collect()
 }
 
-/// `kernel` with positive and negative weights scaled separately to sums of 1 and -1; `across` is the sum of the kernel in the other
-/// dimension.
+/// `kernel` with positive and negative weights scaled separately to sums of 1 and -1; `across` is
+/// the sum of the kernel in the other dimension.
 fn balanced(mut kernel: Vec<f32>, across: f32) -> Vec<f32> {
     let sum = |sign: f32| kernel.iter().map(|k| (sign * k).max(0.0)).sum::<f32>() * across;
     let (positive, negative) = (sum(1.0), sum(-1.0));

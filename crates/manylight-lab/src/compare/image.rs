@@ -17,7 +17,8 @@ pub struct ComparisonImage {
     pub variance: Option<Vec<[f32; 3]>>,
     /// How the noise of different pixels is correlated.
     pub correlation: NoiseCorrelation,
-    /// Emitted radiance seen directly or through specular reflection and refraction; `None` if it is not known.
+    /// Emitted radiance seen directly or through specular reflection and refraction; `None` if it
+    /// is not known.
     pub emission: Option<Vec<[f32; 3]>>,
 }
 
@@ -75,8 +76,9 @@ impl ComparisonImage {
         }
     }
 
-    /// Takes the channels of the image, or of the layer `layer`, from `picture`. A gray image is used for all three channels. The
-    /// variance of a layer is not known, nor that of a denoised image: the variances in its file are those of the layer [`NOISY`].
+    /// Takes the channels of the image, or of the layer `layer`, from `picture`. A gray image is
+    /// used for all three channels. The variance of a layer is not known, nor that of a denoised
+    /// image: the variances in its file are those of the layer [`NOISY`].
     ///
     /// # Errors
     /// `picture` lacks these channels.

@@ -1,4 +1,5 @@
-//! Error measures, means and the noise floor over a subset of the pixels, given as one flag per pixel (`kept`).
+//! Error measures, means and the noise floor over a subset of the pixels, given as one flag per
+//! pixel (`kept`).
 
 use super::image::{ComparisonImage, NoiseCorrelation};
 use crate::noise::MeanNoise;
@@ -15,7 +16,8 @@ pub struct Errors {
     pub mape: f64,
     /// Symmetric mean absolute relative error: average of |x - r| / max(|x| + |r|, 0.01 m).
     pub smape: f64,
-    /// Peak signal-to-noise ratio 10 log10(p² / MSE) in dB, with p the largest value of the reference; `None` for equal images.
+    /// Peak signal-to-noise ratio 10 log10(p² / MSE) in dB, with p the largest value of the
+    /// reference; `None` for equal images.
     pub psnr: Option<f64>,
     /// Quantiles over pixels of the square root of the pixel's relMSE.
     pub pixel_error: Quantiles,
@@ -45,8 +47,8 @@ pub struct Means {
     pub ratio_standard_error: [Option<f64>; 3],
 }
 
-/// Expected contribution of noise to the error measures. If both images have the same expectation, it is all of their error.
-/// `v` is the variance of x - r, or of r alone.
+/// Expected contribution of noise to the error measures. If both images have the same expectation,
+/// it is all of their error. `v` is the variance of x - r, or of r alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseFloor {
     /// Expected MSE: average of v.
@@ -55,7 +57,8 @@ pub struct NoiseFloor {
     pub relmse: f64,
 }
 
-/// Lower bound of the denominators of MAPE and SMAPE, in units of m: keeps black pixels from dominating.
+/// Lower bound of the denominators of MAPE and SMAPE, in units of m: keeps black pixels from
+/// dominating.
 const FLOOR: f64 = 0.01;
 
 /// Weight of m² in the denominator of relMSE, for the same reason.
@@ -132,8 +135,8 @@ fn pixel_error(
     }
 }
 
-/// Means of both images over the kept pixels. Where the noise is correlated, `variance` selects the known variance of the mean that
-/// belongs to these pixels.
+/// Means of both images over the kept pixels. Where the noise is correlated, `variance` selects the
+/// known variance of the mean that belongs to these pixels.
 pub(super) fn means(
     image: &ComparisonImage,
     reference: &ComparisonImage,
@@ -240,7 +243,8 @@ mod tests {
 
     #[test]
     fn hand_computed_errors() {
-        // Reference mean m = (6 * 1 + 6 * 3) / 12 = 2; differences 1 in half of the values of pixel 0, 0 elsewhere.
+        // Reference mean m = (6 * 1 + 6 * 3) / 12 = 2; differences 1 in half of the values of pixel
+        // 0, 0 elsewhere.
         let reference = frame(&[[1.0; 3], [3.0; 3], [1.0; 3], [3.0; 3]], None);
         let image = frame(&[[2.0; 3], [3.0; 3], [1.0; 3], [3.0; 3]], None);
         let e = errors(&image, &reference, &[true; 4]);

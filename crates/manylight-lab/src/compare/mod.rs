@@ -1,7 +1,9 @@
-//! How much an image differs from a reference: error measures, and tests of whether noise alone explains the difference.
+//! How much an image differs from a reference: error measures, and tests of whether noise alone
+//! explains the difference.
 //!
-//! [`compare`] computes everything that [`Comparison`] lists. In the formulas of this module, `x` is a value of the image, `r` the value of the
-//! reference in the same pixel and channel, and `m` the mean of all `r`. Values are linear.
+//! [`compare`] computes everything that [`Comparison`] lists. In the formulas of this module, `x`
+//! is a value of the image, `r` the value of the reference in the same pixel and channel, and `m`
+//! the mean of all `r`. Values are linear.
 
 mod blocks;
 mod comparison;

@@ -46,8 +46,8 @@ pub(super) fn normalized(mut kernel: Vec<f32>) -> Vec<f32> {
     kernel
 }
 
-/// Convolves a channel with rows of `width` values by the separable kernel `along_x` times `along_y`, both of odd length. Outside of the image,
-/// the nearest pixel of its border is used.
+/// Convolves a channel with rows of `width` values by the separable kernel `along_x` times
+/// `along_y`, both of odd length. Outside of the image, the nearest pixel of its border is used.
 pub(super) fn convolve(values: &[f32], width: usize, along_x: &[f32], along_y: &[f32]) -> Vec<f32> {
     if values.is_empty() {
         return Vec::new();

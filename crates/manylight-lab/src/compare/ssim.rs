@@ -1,7 +1,8 @@
 //! Structural similarity of display-referred images.
 //!
-//! Source: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004, with its window
-//! and constants, on the luma of sRGB values in [0, 1]. The mean is over the windows that lie inside of the image.
+//! Source: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility to
+//! Structural Similarity", 2004, with its window and constants, on the luma of sRGB values in [0,
+//! 1]. The mean is over the windows that lie inside of the image.
 
 use super::image::ComparisonImage;
 use super::planes::{convolve, displayable, normalized};
@@ -18,7 +19,8 @@ const C2: f32 = 0.03 * 0.03;
 /// Weights of R, G and B in the luma of Rec. 601.
 const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
 
-/// Mean structural similarity; `None` for images smaller than the window. Values that are not finite count as black.
+/// Mean structural similarity; `None` for images smaller than the window. Values that are not
+/// finite count as black.
 pub fn ssim(image: &ComparisonImage, reference: &ComparisonImage) -> Option<f64> {
     let (width, height) = (reference.width, reference.height);
     if width.min(height) <= 2 * WINDOW_RADIUS {
@@ -67,8 +69,8 @@ mod tests {
     use super::super::testing::{frame, ramp, ramp_and_spots};
     use super::*;
 
-    /// The value of scikit-image 0.26 with the same window, `structural_similarity(..., gaussian_weights=True, sigma=1.5,
-    /// use_sample_covariance=False, data_range=1)`.
+    /// The value of scikit-image 0.26 with the same window, `structural_similarity(...,
+    /// gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=1)`.
     #[test]
     fn the_value_is_that_of_scikit_image() {
         let (image, reference) = (frame(ramp_and_spots), frame(ramp));

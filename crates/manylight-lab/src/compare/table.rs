@@ -2,8 +2,8 @@
 
 use super::comparison::Comparison;
 
-/// Plain text table of comparisons: one row per measure and one column per image, below the name of the reference. The text has no final
-/// line end.
+/// Plain text table of comparisons: one row per measure and one column per image, below the name of
+/// the reference. The text has no final line end.
 pub fn table(reference: &str, comparisons: &[Comparison]) -> String {
     let mut rows: Vec<Vec<String>> = vec![header(comparisons)];
     for measures in [ERROR_ROWS, MEAN_ROWS, NOISE_ROWS, EMITTER_ROWS] {

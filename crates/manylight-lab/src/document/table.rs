@@ -14,7 +14,8 @@ pub struct DocumentTable {
 pub struct TableCell {
     /// The displayed text; an empty text is displayed as `-`.
     pub text: String,
-    /// Sorting key of the value: the smallest of a column is the best. `None` excludes the cell from the comparison.
+    /// Sorting key of the value: the smallest of a column is the best. `None` excludes the cell
+    /// from the comparison.
     pub rank: Option<f64>,
 }
 
@@ -64,8 +65,8 @@ impl DocumentTable {
         lines.join("\n") + "\n"
     }
 
-    /// Whether a cell has the best value of its column. Cells with the same text as the best one count as equally good. A column with
-    /// fewer than two compared cells has no best value.
+    /// Whether a cell has the best value of its column. Cells with the same text as the best one
+    /// count as equally good. A column with fewer than two compared cells has no best value.
     fn is_best(&self, column: usize, cell: &TableCell) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(column));
         let ranked: Vec<(f64, &str)> = cells

@@ -1,6 +1,7 @@
 //! Child processes with a time limit.
 //!
-//! Each render runs in a separate process, so that its peak memory and times are not affected by other renders.
+//! Each render runs in a separate process, so that its peak memory and times are not affected by
+//! other renders.
 
 use std::fs::File;
 use std::io;
@@ -9,10 +10,12 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time between two checks of the state of a child. Shorter intervals resolve times more finely and use more processor time; not measured.
+/// Time between two checks of the state of a child. Shorter intervals resolve times more finely and
+/// use more processor time; not measured.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Shortest time between the interrupt signal and the kill: a render finishes its pass and writes its image. Not measured.
+/// Shortest time between the interrupt signal and the kill: a render finishes its pass and writes
+/// its image. Not measured.
 const MIN_GRACE: Duration = Duration::from_secs(5);
 
 /// How a child process ended.
@@ -39,8 +42,9 @@ pub(super) struct FinishedProcess {
     pub(super) seconds: f64,
 }
 
-/// Runs `command` to its end. At the time `limit` it receives an interrupt signal; if it does not end within a tenth of the limit and at least
-/// [`MIN_GRACE`], it is killed. When `interrupted` becomes true, it is killed at once. Its output is collected in files in `folder`.
+/// Runs `command` to its end. At the time `limit` it receives an interrupt signal; if it does not
+/// end within a tenth of the limit and at least [`MIN_GRACE`], it is killed. When `interrupted`
+/// becomes true, it is killed at once. Its output is collected in files in `folder`.
 ///
 /// # Errors
 /// The process cannot be started, or the files cannot be written or read.
@@ -109,7 +113,8 @@ fn exited(status: ExitStatus) -> Ending {
     Ending::Exited(status.code())
 }
 
-/// Waits until the child has ended. `None` if `deadline` has passed, or if an interrupt has killed the child.
+/// Waits until the child has ended. `None` if `deadline` has passed, or if an interrupt has killed
+/// the child.
 fn wait_until(
     child: &mut Child,
     deadline: Option<Instant>,

@@ -7,8 +7,8 @@ use manylight_io::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Folders of the scenes, or of the references, of a study. Names that begin with `./` are relative to the folder of the plan, all others to
-/// a separate folder.
+/// Folders of the scenes, or of the references, of a study. Names that begin with `./` are relative
+/// to the folder of the plan, all others to a separate folder.
 #[derive(Debug)]
 pub struct StudyFolders {
     plan: PathBuf,
@@ -17,8 +17,8 @@ pub struct StudyFolders {
 }
 
 impl StudyFolders {
-    /// The folders of the scene files of `runs`. The separate folder is `folder`, or else that in the environment variable
-    /// `MANYLIGHT_SCENES`.
+    /// The folders of the scene files of `runs`. The separate folder is `folder`, or else that in
+    /// the environment variable `MANYLIGHT_SCENES`.
     ///
     /// # Errors
     /// The separate folder is needed, but not given or not there.
@@ -31,7 +31,8 @@ impl StudyFolders {
         StudyFolders::new(plan, folder, "scenes", names)
     }
 
-    /// The folders of the references of `runs`, by `folder` or the environment variable `MANYLIGHT_REFERENCES`.
+    /// The folders of the references of `runs`, by `folder` or the environment variable
+    /// `MANYLIGHT_REFERENCES`.
     ///
     /// # Errors
     /// The separate folder is needed, but not given or not there.

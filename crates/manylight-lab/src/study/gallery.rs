@@ -8,8 +8,9 @@ use crate::error::LabError;
 use crate::viewer::ImageGroup;
 use std::path::Path;
 
-/// Groups of the images that the folder `images` holds: one group per task and scene, with one image per method. Of a task with several
-/// budgets, the last is used. The groups are made one by one, because each holds all pixels of its images.
+/// Groups of the images that the folder `images` holds: one group per task and scene, with one
+/// image per method. Of a task with several budgets, the last is used. The groups are made one by
+/// one, because each holds all pixels of its images.
 pub fn image_groups<'a>(
     plan: &'a StudyPlan,
     runs: &'a [Run<'a>],

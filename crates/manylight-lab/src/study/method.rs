@@ -1,6 +1,6 @@
 //! A method of a study: a method of `manylight render`, or another program.
 
-use super::names::expected;
+use super::plan_text::expected;
 use super::program::RenderInterface;
 use serde::Deserialize;
 use std::path::Path;
@@ -17,7 +17,8 @@ pub struct StudyMethod {
     pub options: String,
     /// Text for the page.
     pub notes: String,
-    /// File name of references of this method alone, in which `*` stands for the name of the scene; `None` for the references of the scenes.
+    /// File name of references of this method alone, in which `*` stands for the name of the scene;
+    /// `None` for the references of the scenes.
     pub reference: Option<String>,
     /// Description in one line, from [`StudyMethod::resolve`].
     pub(super) summary: String,
@@ -30,8 +31,8 @@ pub struct StudyMethod {
 pub enum StudyRenderer {
     /// `manylight render` with the method of this name.
     Manylight(String),
-    /// Another program with its first arguments. It accepts the same words after them as `manylight render`, `--json` included. Words that
-    /// begin with `./` are files beside the plan.
+    /// Another program with its first arguments. It accepts the same words after them as `manylight
+    /// render`, `--json` included. Words that begin with `./` are files beside the plan.
     Program(Vec<String>),
 }
 
@@ -124,7 +125,8 @@ impl StudyRenderer {
         }
     }
 
-    /// The command up to the scene file, with `manylight` as the path of this program and `plan_folder` as the folder of the plan.
+    /// The command up to the scene file, with `manylight` as the path of this program and
+    /// `plan_folder` as the folder of the plan.
     pub(super) fn command(&self, manylight: &Path, plan_folder: &Path) -> Vec<String> {
         match self {
             StudyRenderer::Manylight(_) => {

@@ -39,8 +39,8 @@ impl TimeEstimate {
         runs.iter().map(expected).sum()
     }
 
-    /// Estimated time of one run in seconds: the mean over runs of the same task and method, else `time`, else the mean over the task, else
-    /// the mean over all runs.
+    /// Estimated time of one run in seconds: the mean over runs of the same task and method, else
+    /// `time`, else the mean over the task, else the mean over all runs.
     fn expected(&self, task: &str, method: &str, time: Option<f64>) -> Option<f64> {
         self.mean(|t| t.task == task && t.method == method)
             .or(time)

@@ -57,7 +57,8 @@ pub struct StudyScene {
     pub title: String,
     /// Scene file, relative to the folder of scenes, or to the plan if it begins with `./`.
     pub file: String,
-    /// Reference image, relative to the folder of references, or to the plan if it begins with `./`.
+    /// Reference image, relative to the folder of references, or to the plan if it begins with
+    /// `./`.
     pub reference: String,
     /// Image size, as `--size` takes it.
     pub size: String,

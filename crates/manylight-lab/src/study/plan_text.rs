@@ -1,4 +1,4 @@
-//! The text of a plan, and problems at their place in it.
+//! The text of a plan, problems at their place in it, and rules for the names in it.
 
 use crate::error::PlanError;
 use miette::NamedSource;
@@ -81,4 +81,21 @@ impl PlanText {
             help: help.into(),
         }
     }
+}
+
+/// Help text: the characters of a name.
+pub(super) const NAMES: &str = "letters, digits, - and _ can";
+
+/// Whether a name has only the characters of [`NAMES`] and is not empty.
+pub(super) fn is_file_name_part(name: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    !name.is_empty() && name.chars().all(fits)
+}
+
+/// Help text with the known names, the most similar to `name` first.
+pub(super) fn expected<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> String {
+    let mut known: Vec<&str> = known.collect();
+    let nearness = |other: &str| strsim::jaro_winkler(name, other);
+    known.sort_by(|a, b| nearness(b).total_cmp(&nearness(a)));
+    format!("expected one of {}", known.join(", "))
 }

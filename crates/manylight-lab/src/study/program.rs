@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-/// Knowledge of the options of `manylight render`. The command line program implements it, so that the laboratory does not depend on the
-/// definition of the options.
+/// Knowledge of the options of `manylight render`. The command line program implements it, so that
+/// the laboratory does not depend on the definition of the options.
 pub trait RenderInterface {
     /// All methods, the default first.
     fn methods(&self) -> Vec<MethodSummary>;

@@ -20,7 +20,8 @@ pub enum Quantity {
     Ssim,
     /// Mean of HDR-FLIP.
     Flip,
-    /// Mean of the image over the mean of the reference, in the channel with the largest deviation from 1.
+    /// Mean of the image over the mean of the reference, in the channel with the largest deviation
+    /// from 1.
     RatioOfMeans,
     /// Fraction of 8x8 blocks with |z| > 3.
     #[serde(rename = "blocks-beyond-3")]

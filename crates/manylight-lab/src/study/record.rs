@@ -1,6 +1,5 @@
-//! The result of one run.
+//! The result of one run, and the computer that made it.
 
-use super::machine::Machine;
 use super::runs::Run;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -11,8 +10,34 @@ pub(super) const SCHEMA: &str = "manylight.study/1";
 /// Stages of a render that do not count as rendering.
 const EXCLUDED_STAGES: [&str; 3] = ["load", "build", "write"];
 
-/// Exit code by which a program states that it cannot make a run on this computer. Its standard error names the reason.
+/// Exit code by which a program states that it cannot make a run on this computer. Its standard
+/// error names the reason.
 pub(super) const UNAVAILABLE: i32 = 5;
+
+/// Properties of a computer that determine the speed of a render.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Machine {
+    /// Model name of the processor, or its architecture if the name is not known.
+    pub cpu: String,
+    /// Number of hardware threads.
+    pub threads: usize,
+}
+
+impl Machine {
+    /// The computer that runs this program.
+    pub fn this() -> Self {
+        let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let name = information
+            .lines()
+            .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        Machine {
+            cpu: name
+                .map_or(std::env::consts::ARCH, |(_, name)| name.trim())
+                .into(),
+            threads: std::thread::available_parallelism().map_or(1, |n| n.get()),
+        }
+    }
+}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,7 +53,8 @@ pub enum RunStatus {
     Unavailable,
 }
 
-/// The result of a run. Paths in it are relative to the folders of the study, so that results can be shared.
+/// The result of a run. Paths in it are relative to the folders of the study, so that results can
+/// be shared.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
     /// Version of the shape of this object.
@@ -81,8 +107,8 @@ impl Record {
         }
     }
 
-    /// Whether this is the result of `run` with its present options. A setting that the record lacks was added to the program later, and is
-    /// ignored.
+    /// Whether this is the result of `run` with its present options. A setting that the record
+    /// lacks was added to the program later, and is ignored.
     pub fn is_of(&self, run: &Run) -> bool {
         let recorded = |name: &str| {
             let settings = self.render.as_ref()?.get("settings")?;
@@ -96,8 +122,8 @@ impl Record {
         self.fingerprint == run.fingerprint() && run.settings().iter().all(same)
     }
 
-    /// Whether `run` need not be repeated: it is done, or was stopped at its present time limit. Failed and unavailable runs are
-    /// repeated, because most of their causes are external.
+    /// Whether `run` need not be repeated: it is done, or was stopped at its present time limit.
+    /// Failed and unavailable runs are repeated, because most of their causes are external.
     pub fn settles(&self, run: &Run) -> bool {
         let limit = run.task.limit.map(|limit| limit.as_secs_f64());
         self.is_of(run)
@@ -123,7 +149,8 @@ impl Record {
         self.render.as_ref()?.pointer(pointer)?.as_f64()
     }
 
-    /// The stages of rendering with their times in seconds, without loading the scene and writing the image.
+    /// The stages of rendering with their times in seconds, without loading the scene and writing
+    /// the image.
     pub(super) fn stages(&self) -> Vec<(&str, f64)> {
         let stages = self
             .render

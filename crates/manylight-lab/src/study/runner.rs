@@ -2,8 +2,7 @@
 
 use super::child::{Ending, FinishedProcess, spawn_and_wait};
 use super::folders::{StudyFolders, absolute};
-use super::machine::Machine;
-use super::record::{Record, RunStatus, UNAVAILABLE};
+use super::record::{Machine, Record, RunStatus, UNAVAILABLE};
 use super::runs::Run;
 use crate::compare::{ComparisonImage, compare_file, read_image};
 use crate::error::LabError;
@@ -16,7 +15,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 use tempfile::TempDir;
 
-/// Longest stored error message in bytes. Longer ones are cut; not measured: it bounds the size of result files.
+/// Longest stored error message in bytes. Longer ones are cut; not measured: it bounds the size of
+/// result files.
 const MAX_MESSAGE_BYTES: usize = 4000;
 
 /// Makes the runs of a study.
@@ -37,7 +37,8 @@ pub struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// Makes a run. A render or a comparison that fails is recorded as a failed run. `None` if the study was interrupted.
+    /// Makes a run. A render or a comparison that fails is recorded as a failed run. `None` if the
+    /// study was interrupted.
     ///
     /// # Errors
     /// Temporary files or kept images cannot be written.
@@ -77,7 +78,8 @@ impl Runner<'_> {
         Ok(Some(record))
     }
 
-    /// Renders `image` and stores the report in `record`, or returns an error message. `None` if the study was interrupted.
+    /// Renders `image` and stores the report in `record`, or returns an error message. `None` if
+    /// the study was interrupted.
     fn render(
         &self,
         run: &Run,

@@ -1,8 +1,8 @@
 //! The runs of a plan: one render per scene, method, task and budget, with its options.
 
 use super::method::{StudyMethod, StudyRenderer};
-use super::names::expected;
 use super::plan::{StudyPlan, StudyScene, StudyTask};
+use super::plan_text::expected;
 use super::program::{RenderInterface, RenderSettings};
 use crate::error::{LabError, PlanError};
 use std::time::Duration;
@@ -24,7 +24,8 @@ pub struct Run<'p> {
     settings: RenderSettings,
 }
 
-/// All runs of a plan: task by task and scene by scene, so that the methods are measured close together in time.
+/// All runs of a plan: task by task and scene by scene, so that the methods are measured close
+/// together in time.
 ///
 /// # Errors
 /// A run with options that `render` refuses.
@@ -151,7 +152,8 @@ fn refused(
     Box::new(plan.text.problem(&task.name, message, help))
 }
 
-/// 64-bit FNV-1a hash of words (Fowler, Noll, Vo) in hexadecimal. It is stored in files; the hash functions of the standard library may change.
+/// 64-bit FNV-1a hash of words (Fowler, Noll, Vo) in hexadecimal. It is stored in files; the hash
+/// functions of the standard library may change.
 fn fnv1a<'w>(words: impl Iterator<Item = &'w String>) -> String {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     for byte in words.flat_map(|word| word.bytes().chain([0])) {
@@ -162,8 +164,9 @@ fn fnv1a<'w>(words: impl Iterator<Item = &'w String>) -> String {
 
 /// The runs that the texts `only` select; all without texts.
 ///
-/// A text selects the scenes, methods and tasks with this name, or, if there are none, those with names that contain it. Several selected
-/// names of one kind are alternatives; a run must match in every kind with a selected name.
+/// A text selects the scenes, methods and tasks with this name, or, if there are none, those with
+/// names that contain it. Several selected names of one kind are alternatives; a run must match in
+/// every kind with a selected name.
 ///
 /// # Errors
 /// A text that selects nothing.

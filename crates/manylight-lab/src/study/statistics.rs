@@ -1,7 +1,7 @@
 //! Slopes of convergence, and means of ratios.
 
-/// Slope of ln y over ln x by least squares: the exponent of a power law through the points (x, y). `None` with fewer than two different x,
-/// or if a value is not positive.
+/// Slope of ln y over ln x by least squares: the exponent of a power law through the points (x, y).
+/// `None` with fewer than two different x, or if a value is not positive.
 pub(super) fn log_log_slope(points: &[(f64, f64)]) -> Option<f64> {
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
     let count = logs.len() as f64;

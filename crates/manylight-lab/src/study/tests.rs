@@ -1,9 +1,8 @@
 //! Tests of plans, runs and records.
 
 use super::child::{Ending, FinishedProcess};
-use super::machine::Machine;
 use super::plan::StudyPlan;
-use super::record::{Record, RunStatus};
+use super::record::{Machine, Record, RunStatus};
 use super::runner::store_report;
 use super::runs::{Run, plan_runs, select_runs};
 use super::testing::{self, TestProgram};

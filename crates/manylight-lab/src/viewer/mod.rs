@@ -1,7 +1,8 @@
 //! Self-contained HTML pages to inspect images beside their reference.
 //!
-//! A page holds its data as JSON, and `page.js` builds the display from it in the browser, with functions of `shared.js`. Pixels are half
-//! floats in base64, either in the page itself ([`page`]) or in files beside it that the browser loads on demand ([`write_pages`]).
+//! A page holds its data as JSON, and `page.js` builds the display from it in the browser, with
+//! functions of `shared.js`. Pixels are half floats in base64, either in the page itself ([`page`])
+//! or in files beside it that the browser loads on demand ([`write_pages`]).
 
 use crate::compare::{Comparison, ComparisonImage};
 use crate::document::DocumentPart;
@@ -99,7 +100,8 @@ const fn higher_is_better(
 }
 
 impl ImageGroup {
-    /// A group of images with their comparisons, in the same order, and the reference with its name.
+    /// A group of images with their comparisons, in the same order, and the reference with its
+    /// name.
     pub fn new(
         title: String,
         images: &[ComparisonImage],
@@ -147,8 +149,8 @@ pub fn page(title: &str, groups: &[ImageGroup]) -> String {
 /// Name of the folder with pixels, beside the page.
 const PIXEL_FOLDER: &str = "pixels";
 
-/// Writes `index.html`, with `text` below the images, and one script file of pixels per group to `folder`, which is created if needed. Only one
-/// group is in memory at a time.
+/// Writes `index.html`, with `text` below the images, and one script file of pixels per group to
+/// `folder`, which is created if needed. Only one group is in memory at a time.
 ///
 /// # Errors
 /// The first error of `groups`, or a file that cannot be written.

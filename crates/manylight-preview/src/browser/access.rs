@@ -8,8 +8,8 @@ use axum::response::{IntoResponse, Response};
 /// Number of random bytes in a token.
 const TOKEN_BYTES: usize = 16;
 
-/// Names of this machine in the `Host` header. Another name there means that the name of a foreign page leads to this machine (DNS rebinding).
-/// Ports do not matter: a tunnel may change them.
+/// Names of this machine in the `Host` header. Another name there means that the name of a foreign
+/// page leads to this machine (DNS rebinding). Ports do not matter: a tunnel may change them.
 const HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 
 /// A random part of the address of a page, in hexadecimal digits.
@@ -22,7 +22,8 @@ pub(super) fn token() -> Result<String, getrandom::Error> {
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Refuses requests that do not name this machine as their host, and those that a foreign page sends.
+/// Refuses requests that do not name this machine as their host, and those that a foreign page
+/// sends.
 pub(super) async fn check_sender(request: Request, next: Next) -> Response {
     if is_this_machine(request.headers()) && is_own_page(request.headers()) {
         next.run(request).await
@@ -49,7 +50,8 @@ fn names_this_machine(host: &str) -> bool {
     HOSTS.iter().any(|known| known.eq_ignore_ascii_case(name))
 }
 
-/// Whether no page of another place sends the request: browsers name that place in the header `Origin`.
+/// Whether no page of another place sends the request: browsers name that place in the header
+/// `Origin`.
 fn is_own_page(headers: &HeaderMap) -> bool {
     let mut origins = headers.get_all(header::ORIGIN).iter();
     origins.all(|origin| {

@@ -1,5 +1,6 @@
-//! The connections of the server. Any program on this machine can open some, and may send half a request, or none: their number is bounded,
-//! and those that show no picture give way to new ones. The program keeps enough open files for its images.
+//! The connections of the server. Any program on this machine can open some, and may send half a
+//! request, or none: their number is bounded, and those that show no picture give way to new ones.
+//! The program keeps enough open files for its images.
 
 use axum::{Extension, Router};
 use futures_util::future::{Either, select};
@@ -15,11 +16,13 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::oneshot;
 use tokio::task::AbortHandle;
 
-/// Largest number of connections at the same time: more than a browser opens for [`super::server::MOST_PAGES`] pages, and a small part of the
-/// 1024 files that a process may usually have open.
+/// Largest number of connections at the same time: more than a browser opens for
+/// [`super::server::MOST_PAGES`] pages, and a small part of the 1024 files that a process may
+/// usually have open.
 const MOST_CONNECTIONS: usize = 96;
 
-/// Longest time for the head of a request, from the opening of the connection or the end of the last answer.
+/// Longest time for the head of a request, from the opening of the connection or the end of the
+/// last answer.
 const REQUEST_TIME: Duration = Duration::from_secs(10);
 
 /// Most bytes of the head of a request. Browsers send less than 2 kB.
@@ -75,7 +78,8 @@ struct Connection {
 }
 
 impl Connections {
-    /// Serves `pages` to a new connection. The oldest one that shows no picture is closed if there are too many.
+    /// Serves `pages` to a new connection. The oldest one that shows no picture is closed if there
+    /// are too many.
     fn open(&mut self, stream: TcpStream, pages: &Router) {
         self.open
             .retain(|connection| !connection.task.is_finished());

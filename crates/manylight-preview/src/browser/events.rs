@@ -1,7 +1,8 @@
 //! The events that a page receives.
 //!
-//! While the render goes on, a page receives the one layer that it shows, each time the picture is renewed. A page that reads slowly gets the
-//! latest picture next. At the end it receives all layers, so that it can show them when the program has ended.
+//! While the render goes on, a page receives the one layer that it shows, each time the picture is
+//! renewed. A page that reads slowly gets the latest picture next. At the end it receives all
+//! layers, so that it can show them when the program has ended.
 //!
 //! | event | data |
 //! |---|---|
@@ -83,7 +84,8 @@ enum Phase {
 }
 
 impl Page {
-    /// The next event; `None` after the event `end`, and if the render ended without a final picture.
+    /// The next event; `None` after the event `end`, and if the render ended without a final
+    /// picture.
     async fn next(&mut self) -> Option<Event> {
         loop {
             match &mut self.phase {

@@ -6,14 +6,15 @@
 //! | `/TOKEN/page.css`, `/TOKEN/shared.js`, `/TOKEN/live.js` | its parts |
 //! | `/TOKEN/events/LAYER` | server-sent events with the layer named `LAYER`, see [`super::events`] |
 //!
-//! Every other path is unknown (404), and requests under a foreign name or from a foreign page are refused (403).
+//! Every other path is unknown (404), and requests under a foreign name or from a foreign page are
+//! refused (403).
 
 use super::access::{check_sender, token};
 use super::connections::{ShowsPictures, serve};
 use super::events::{Latest, events};
 use super::page::{LIVE_SCRIPT, LIVE_STYLE, html};
 use crate::picture::{Picture, RenderInfo};
-use crate::preview::Warn;
+use crate::target::Warn;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn};
@@ -63,7 +64,8 @@ pub(crate) struct BrowserViewer {
 }
 
 impl BrowserViewer {
-    /// Starts to serve the page at `port` of 127.0.0.1; 0 is any free port. If the port is not available, `warn` is told and a free one is taken.
+    /// Starts to serve the page at `port` of 127.0.0.1; 0 is any free port. If the port is not
+    /// available, `warn` is told and a free one is taken.
     ///
     /// # Errors
     /// The system refuses a port, random numbers or a thread. The error is a warning.
@@ -119,7 +121,8 @@ impl BrowserViewer {
         self.latest.send_replace(Some(Arc::new(picture)));
     }
 
-    /// Waits until the open pages have received the last picture, up to `time`. The error is a warning.
+    /// Waits until the open pages have received the last picture, up to `time`. The error is a
+    /// warning.
     pub(crate) fn close(self, time: Duration) -> Result<(), String> {
         let has_pages = self.latest.receiver_count() > 0;
         let time = if has_pages { time } else { IDLE_TIME };

@@ -1,7 +1,8 @@
-//! Packets of tev's protocol (its header `Ipc.h`; the Python package `tevclient` writes the same bytes).
+//! Packets of tev's protocol (its header `Ipc.h`; the Python package `tevclient` writes the same
+//! bytes).
 //!
-//! A packet begins with its length in bytes, itself included, as `u32`, and its type as `u8`. Numbers are little-endian, texts end with a zero
-//! byte.
+//! A packet begins with its length in bytes, itself included, as `u32`, and its type as `u8`.
+//! Numbers are little-endian, texts end with a zero byte.
 
 use crate::picture::Picture;
 use manylight_io::image::ImageLayer;
@@ -64,8 +65,8 @@ pub(crate) fn tiles(width: usize, height: usize) -> impl Iterator<Item = Rectang
     starts(height).flat_map(move |y| starts(width).map(move |x| tile(x, y)))
 }
 
-/// The packet that sets the pixels of all channels within `tile`. The values of a pixel stand together: the offset of a channel is its index,
-/// its stride the number of channels.
+/// The packet that sets the pixels of all channels within `tile`. The values of a pixel stand
+/// together: the offset of a channel is its index, its stride the number of channels.
 pub(crate) fn update_image(name: &str, picture: &Picture, tile: Rectangle) -> Vec<u8> {
     let channels: Vec<_> = channels(picture).collect();
     let count = channels.len();

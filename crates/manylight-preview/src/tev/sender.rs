@@ -1,13 +1,14 @@
 //! The thread that sends pictures to tev.
 //!
-//! The render puts pictures into a mailbox and goes on. A picture that the thread has not begun to send is replaced by the next one. Pictures
-//! are wanted only while a viewer is connected: without one they are not even made.
+//! The render puts pictures into a mailbox and goes on. A picture that the thread has not begun to
+//! send is replaced by the next one. Pictures are wanted only while a viewer is connected: without
+//! one they are not even made.
 
 use super::packets::{channel_names, create_image, tiles, update_image};
 use crate::mailbox::{Mailbox, Taken};
 use crate::picture::{Picture, RenderState};
-use crate::preview::Warn;
 use crate::target::TevAddress;
+use crate::target::Warn;
 use std::io::{self, ErrorKind, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
@@ -162,7 +163,8 @@ impl Sender {
                     connection = None;
                     self.shared.set(Presence::Absent);
                     if is_timeout(&error) {
-                        // A new connection would block in the same way, as soon as the buffers of the system are full.
+                        // A new connection would block in the same way, as soon as the buffers of
+                        // the system are full.
                         self.warn_once(format_args!(
                             "reads nothing for {} s; it gets no more pictures",
                             WRITE_TIME.as_secs()

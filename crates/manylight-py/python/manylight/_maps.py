@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._options import render_words
+from ._options import default, render_words
 from ._render import as_scene
 from ._scene import Scene
 
@@ -58,7 +58,7 @@ class Maps:
     relaxed: LightPositions
 
 
-def maps(scene: Scene | str | os.PathLike[str], method: str = "rich-vpl", **options: Any) -> Maps:
+def maps(scene: Scene | str | os.PathLike[str], method: str = default("method"), **options: Any) -> Maps:
     """The maps of the first pass of a many-light method, as ``manylight maps`` shows them.
 
     Args:

@@ -9,7 +9,6 @@ from numpy.typing import DTypeLike, NDArray
 
 __version__: str
 instruction_set: str
-DEFAULT_PASSES: int
 
 @final
 class Scene:
@@ -54,7 +53,7 @@ class Image:
     @property
     def metadata(self) -> dict[str, str]:
         """What is known of the render: settings, times, the command that repeats it."""
-    def save(self, path: str | os.PathLike[str], *, exposure: float = 0.0, view: str = "standard") -> None:
+    def save(self, path: str | os.PathLike[str], *, exposure: float = 0.0, view: str = ...) -> None:
         """Writes the image to a file: exr (all layers, linear), png or jpg (sRGB), hdr, pfm.
 
         Args:
@@ -62,7 +61,7 @@ class Image:
             exposure: Exposure of png and jpg files in stops.
             view: Tone curve of png and jpg files: ``"standard"``, ``"neutral"`` or ``"agx"``.
         """
-    def png(self, *, exposure: float = 0.0, view: str = "standard") -> bytes:
+    def png(self, *, exposure: float = 0.0, view: str = ...) -> bytes:
         """The picture as the bytes of a PNG file."""
     def _repr_png_(self) -> bytes: ...
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]: ...
@@ -96,5 +95,7 @@ def read_image(path: str) -> Image: ...
 def compare(
     image: Image | NDArray[np.float32], reference: Image | NDArray[np.float32], layer: str | None = None
 ) -> tuple[str, list[float]]: ...
+def options() -> dict[str, tuple[str, Any, bool]]: ...
+def pass_limit(words: list[str]) -> int | None: ...
 def seconds(text: str) -> float: ...
 def run_command(words: list[str]) -> int: ...

@@ -1,9 +1,16 @@
-"""Keywords as words of the command line of ``manylight render``."""
+"""Keywords as words of the command line of ``manylight render``. The native module knows the options: names, help and defaults."""
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from . import _native
+
+#: The options of a render by keyword: help, default (None if there is none), and whether they belong to loading the scene.
+OPTIONS = _native.options()
 
 # Options of the command that have another form here, or belong to its messages.
 _OTHERWISE = {
@@ -13,12 +20,23 @@ _OTHERWISE = {
     "preview": "use the command `manylight render --preview`",
     "quiet": "nothing is printed",
     "verbose": "see `Image.metadata`",
-    "strict": "give it to `load_file`",
-    "light_units": "give it to `load_file`",
-    "environment": "give it to `load_file`",
-    "environment_scale": "give it to `load_file`",
-    "variant": "give it to `load_file`",
-}
+} | {name: "give it to `load_file`" for name, (_, _, loads_scene) in OPTIONS.items() if loads_scene}
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def default(name: str) -> Any:
+    """The value of an option of a render where it is not given."""
+    return OPTIONS[name][1]
+
+
+def with_options(function: _Function) -> _Function:
+    """Appends the options that ``function`` takes beyond its own arguments to its documentation."""
+    own = inspect.signature(function).parameters
+    others = [f"    {name}: {text}." for name, (text, _, _) in OPTIONS.items() if name not in own and name not in _OTHERWISE]
+    if function.__doc__ is not None:
+        function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__), "", "Options:", *others, ""])
+    return function
 
 
 def render_words(options: Mapping[str, object]) -> list[str]:
@@ -45,8 +63,6 @@ def words(options: Mapping[str, object]) -> list[str]:
 
 
 def _text(name: str, value: object) -> str:
-    if name == "size" and isinstance(value, (tuple, list)):
-        return "x".join(str(edge) for edge in value)
     if isinstance(value, (tuple, list)):
         return ",".join(_text(name, item) for item in value)
     if isinstance(value, (str, os.PathLike)):

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _native
 from ._native import Image
-from ._options import render_words
+from ._options import default, render_words, with_options
 from ._scene import Scene, load_file
 
 if TYPE_CHECKING:
@@ -24,14 +24,15 @@ __all__ = ["Comparison", "compare", "merge", "part_info", "read_image", "render"
 Progress = Callable[[int, "int | None", float], object]
 
 
+@with_options
 def render(
     scene: Scene | str | os.PathLike[str],
-    method: str = "rich-vpl",
+    method: str = default("method"),
     *,
     passes: int | None = None,
     time: float | str | None = None,
     target_error: float | None = None,
-    seed: int = 0,
+    seed: int = default("seed"),
     size: tuple[int, int] | None = None,
     progress: bool | Progress = False,
     **options: Any,
@@ -43,17 +44,16 @@ def render(
     Args:
         scene: A scene, or the path of a scene file.
         method: A method, as ``manylight list methods`` names it.
-        passes: Samples per pixel in total; a pass of a many-light method is one sample per pixel. Default: 16, or no limit with ``time`` or
-            ``target_error``.
+        passes: Samples per pixel in total; a pass of a many-light method is one sample per pixel. Without ``passes``, ``time`` and
+            ``target_error``, a default number.
         time: Seconds, or text such as ``"10m"``; the render stops after the pass that ends closest to it.
         target_error: The render stops when the estimated relative error of the image is below this value.
         seed: Images with the same seed have the same bits, for any number of threads.
         size: Width and height in pixels. Default: the size in the scene.
         progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
             limit ends the render), and seconds. An exception of it ends the render.
-        **options: Any other option of ``manylight render``, with underscores: ``max_depth=5``, ``filter="box"``, ``denoise="oidn"``,
-            ``aov=["position"]``, ``threads=4``, ``checkpoint="scene.part"``, and the axes of many-light methods such as ``lights=4096``,
-            ``emission="vmf"``, ``clamp="none"``.
+        **options: Any other option of ``manylight render``, with underscores, as listed below: ``max_depth=5``, ``filter="box"``,
+            ``denoise="oidn"``, ``aov=["position"]``, ``lights=4096``.
 
     Raises:
         UsageError: An option has a wrong value, or contradicts another.
@@ -63,9 +63,7 @@ def render(
     scene = as_scene(scene)
     limits = {"passes": passes, "time": time, "target_error": target_error}
     command = render_words({"method": method, **limits, "seed": seed, "size": size, **options})
-    open_ended = time is not None or target_error is not None
-    total = passes if passes is not None or open_ended else _native.DEFAULT_PASSES
-    with _shown(progress, total) as report:
+    with _shown(progress, _native.pass_limit(command)) as report:
         image = _native.render(scene._native, command, report)
     if image.interrupted:
         warnings.warn(f"interrupted: the image has {image.passes} passes", RuntimeWarning, stacklevel=2)
@@ -79,7 +77,7 @@ def render_part(
     shard: tuple[int, int] | None = None,
     blocks: range | None = None,
     passes: int | None = None,
-    method: str = "rich-vpl",
+    method: str = default("method"),
     progress: bool | Progress = False,
     **options: Any,
 ) -> None:
@@ -89,7 +87,7 @@ def render_part(
         scene: A scene, or the path of a scene file.
         path: The part file. It is written whole or not at all.
         shard: Which share, counted from 1, of how many: ``(2, 8)``.
-        blocks: Blocks of passes instead, counted from 0; a block has 16 passes unless ``block=`` says otherwise.
+        blocks: Blocks of passes instead, counted from 0; ``block=`` is their number of passes.
         passes: Passes of the whole render. With ``blocks``, None is a render without end: it has the passes of all parts that are merged.
         method: As for `render`.
         progress: As for `render`, over the passes of this part.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native
 from ._dictionary import written
-from ._options import render_words, words
+from ._options import default, render_words, words
 from .errors import Error
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Scene:
         """Names of the cameras, in the order of their indices; a name may be empty."""
         return self._native.cameras
 
-    def passes(self, method: str = "rich-vpl", **options: Any) -> Iterator[Image]:
+    def passes(self, method: str = default("method"), **options: Any) -> Iterator[Image]:
         """Renders the scene, and returns an iterator over the images after each pass.
 
         The options are those of `manylight.render`, without ``denoise`` and ``progress``. A further pass is rendered while the program

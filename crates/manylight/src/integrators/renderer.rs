@@ -17,7 +17,16 @@ pub struct Renderer<'s> {
 
 impl<'s> Renderer<'s> {
     /// `method`, before its first pass.
+    ///
+    /// # Panics
+    /// The settings of a many-light method contradict each other:
+    /// [`ManyLight::check`](super::ManyLight::check).
     pub fn new(scene: &'s Scene, method: Method) -> Self {
+        if let MethodKind::ManyLight(settings) = &method.kind
+            && let Err(contradiction) = settings.check()
+        {
+            panic!("{contradiction}");
+        }
         Renderer {
             scene,
             method,

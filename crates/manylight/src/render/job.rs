@@ -78,6 +78,10 @@ pub struct Outcome {
 
 /// Renders `scene` within its own path limits and returns the film. [`render()`] adds cancellation,
 /// counters and an observer.
+///
+/// # Panics
+/// The settings of a many-light method contradict each other, as for all renders:
+/// [`ManyLight::check`](crate::integrators::ManyLight::check).
 pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -> Film {
     let job = RenderJob {
         scene,

@@ -48,17 +48,24 @@ impl<const N: usize> Operands<N> {
             v.sqrt(v.abs(b)),
             v.select(v.mask(self.bits), a, b),
             v.mul_sign(a, b),
+            v.copy_sign(a, v.sub(b, a)),
+            v.floats_of_bits(v.float_bits(a)),
             v.splat(self.a[3]),
         ]
         .into_iter()
         .flat_map(|x| v.store(x).map(f32::to_bits))
         .collect();
+        results.extend(self.words(v));
+        results.extend(self.quads(v));
+        results.push(v.lowest(self.bits | 1 << (N - 1), b));
         let (le, lt) = (v.le(a, b), v.lt(a, b));
         results.extend([
             v.bits(le),
             v.bits(lt),
             v.bits(v.and(le, v.le(b, a))),
             v.bits(v.or(lt, v.lt(b, a))),
+            v.bits(v.not(le)),
+            v.bits(v.equal_words(v.float_bits(a), v.float_bits(b))),
             v.bits(v.mask(self.bits)),
         ]);
         let count = (self.bits & (u32::MAX >> (32 - N))).count_ones() as usize;
@@ -66,6 +73,43 @@ impl<const N: usize> Operands<N> {
         let words = v.load_words(&std::array::from_fn(|i| 10 + i as u32));
         results.extend(&v.compress_words(self.bits, words)[..count]);
         results
+    }
+
+    /// Results of arithmetic with words.
+    #[inline(always)]
+    fn words<V>(&self, v: V) -> Vec<u32>
+    where
+        V: Width<Each<f32> = [f32; N], Each<u32> = [u32; N]>,
+    {
+        let (a, b) = (
+            v.load_words(&self.a.map(f32::to_bits)),
+            v.float_bits(v.load(&self.b)),
+        );
+        let results = [
+            v.add_words(a, b),
+            v.sub_words(a, b),
+            v.mul_words(a, b),
+            v.and_words(a, b),
+            v.xor_words(a, b),
+            v.shift_left(a, self.bits % 32),
+            v.shift_right(a, self.bits % 32),
+            v.select_words(v.mask(self.bits), a, b),
+            v.splat_word(self.bits),
+        ];
+        results.into_iter().flat_map(|x| v.store_words(x)).collect()
+    }
+
+    /// Rows of two quads, transposed.
+    #[inline(always)]
+    fn quads<V>(&self, v: V) -> Vec<u32>
+    where
+        V: Width<Each<f32> = [f32; N], Each<u32> = [u32; N]>,
+    {
+        let quad = |i: usize| [self.a[i], self.b[i], self.a[i] - 1.0, self.b[i] * 2.0];
+        let rows: [[f32; 4]; N] = std::array::from_fn(quad);
+        let gathered = v.gather_quads(|i| [&rows[i], &rows[N - 1 - i]]);
+        let vectors = gathered.into_iter().flatten();
+        (vectors.flat_map(|x| v.store(x).map(f32::to_bits))).collect()
     }
 }
 
@@ -102,10 +146,7 @@ impl SimdKernel for AllWide<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Vec<u32> {
-        let w = s.wide();
-        let mut results = self.0.results(w);
-        results.push(w.lowest(self.0.bits | 1 << 15, w.load(&self.0.b)));
-        results
+        self.0.results(s.wide())
     }
 }
 

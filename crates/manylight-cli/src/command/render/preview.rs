@@ -1,4 +1,5 @@
-//! `--preview`: the picture while it grows, in a viewer. It changes neither the image nor the exit code.
+//! `--preview`: the picture while it grows, in a viewer. It changes neither the image nor the exit
+//! code.
 
 use crate::args::RenderArgs;
 use crate::output::{Console, print_message};
@@ -26,7 +27,8 @@ pub(super) struct RenderPreview {
 }
 
 impl RenderPreview {
-    /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`: nobody could open the page otherwise.
+    /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`: nobody
+    /// could open the page otherwise.
     pub(super) fn start(args: &RenderArgs, request: &RenderRequest, console: &Console) -> Self {
         let (console, quiet) = (console.clone(), args.display.quiet);
         let warn = Arc::new(move |warning: String| {
@@ -45,7 +47,8 @@ impl RenderPreview {
         }
     }
 
-    /// Memory of the pictures of a render, if there is a preview: one that waits, and one that is being sent.
+    /// Memory of the pictures of a render, if there is a preview: one that waits, and one that is
+    /// being sent.
     pub(super) fn memory(&self, job: &RenderJob) -> Option<StageMemory> {
         self.preview.as_ref()?;
         let size = job.scene.sensor.desc().film.crop_size;
@@ -104,7 +107,8 @@ impl Observer for Beside<'_> {
     }
 }
 
-/// What the viewer is told in the beginning. The name is that of the first output: the same for repeated renders.
+/// What the viewer is told in the beginning. The name is that of the first output: the same for
+/// repeated renders.
 fn info(request: &RenderRequest) -> RenderInfo {
     let name = request
         .outputs
@@ -112,7 +116,7 @@ fn info(request: &RenderRequest) -> RenderInfo {
         .map(|path| path.display().to_string());
     RenderInfo {
         name: name.unwrap_or_default(),
-        title: format!("{}, {}", request.scene.display(), request.method),
+        title: format!("{}, {}", request.scene.display(), request.paths.method.name),
         passes: request.budget.passes,
         seconds: request.budget.time.map(|time| time.as_secs_f64()),
         error: request.budget.relative_error,

@@ -1,4 +1,5 @@
-//! A program that is killed or stopped at any instant: whole files stay whole, and a render can be continued.
+//! A program that is killed or stopped at any instant: whole files stay whole, and a render can be
+//! continued.
 
 use super::{ended, send, shell, soon, start};
 use crate::support::{BOX, Folder};
@@ -36,7 +37,8 @@ fn check_part(path: &Path) {
     part.verify().unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Names of files that a killed program leaves: they are hidden, and none has the name of an output.
+/// Names of files that a killed program leaves: they are hidden, and none has the name of an
+/// output.
 fn leftovers(folder: &Folder) -> usize {
     let names = folder.files();
     names

@@ -1,6 +1,8 @@
-//! Faults of the machine: files of other kinds, full disks, signals at any time, odd names, closed streams, wrong clocks.
+//! Faults of the machine: files of other kinds, full disks, signals at any time, odd names, closed
+//! streams, wrong clocks.
 //!
-//! Some need a program or a right that is not everywhere; they are skipped with a printed note then.
+//! Some need a program or a right that is not everywhere; they are skipped with a printed note
+//! then.
 
 mod inputs;
 mod killed;

@@ -13,7 +13,8 @@ fn program(folder: &Folder, words: &[&[u8]]) -> Command {
     command
 }
 
-/// Checks that no text for people has a character that a terminal obeys, but line ends. JSON is for programs.
+/// Checks that no text for people has a character that a terminal obeys, but line ends. JSON is for
+/// programs.
 #[track_caller]
 fn is_harmless(ended: &Ended) {
     let mut text = ended.stderr();

@@ -1,4 +1,5 @@
-//! Places where nothing can be written: the message names the file, what was there stays, and nothing else is left.
+//! Places where nothing can be written: the message names the file, what was there stays, and
+//! nothing else is left.
 
 use super::{SOON, ended, make_pipe, send, shell, soon, start, succeeds};
 use crate::support::{BOX, Folder};
@@ -59,7 +60,8 @@ fn a_file_beyond_the_limit_is_an_error() {
     let folder = Folder::new(BOX);
     soon(&mut folder.command(&format!("{QUICK} -o a.exr"))).code(0);
     let before = fs::read(folder.path("a.exr")).unwrap();
-    // Blocks of 512 or 1024 bytes. The shell raises the signal again if the program leaves it at its default.
+    // Blocks of 512 or 1024 bytes. The shell raises the signal again if the program leaves it at
+    // its default.
     let limited = |options: &str| format!("ulimit -f 8; \"$M\" {QUICK} {options}");
     let image = limited("--size 200x150 -o a.exr");
     let ended = soon(&mut shell(&folder, &image)).code(4);

@@ -22,7 +22,8 @@ fn plain_image(folder: &Folder, options: &str) -> Vec<u8> {
     std::fs::read(folder.path("plain.pfm")).unwrap()
 }
 
-/// Runs a render with a preview, checks that the image is `expected`, and returns the run with its time.
+/// Runs a render with a preview, checks that the image is `expected`, and returns the run with its
+/// time.
 fn run(folder: &Folder, options: &str, expected: &[u8]) -> (Ended, Duration) {
     let start = Instant::now();
     let ended = folder.run(&format!("{RENDER} {options} -o shown.pfm"));

@@ -1,4 +1,5 @@
-//! Clients of the page that are slow, many, wrong or hostile: neither the render nor other clients notice.
+//! Clients of the page that are slow, many, wrong or hostile: neither the render nor other clients
+//! notice.
 
 use super::http::{answer, ask, read_answer};
 use super::{RENDER, Served};
@@ -63,7 +64,8 @@ fn peak_bytes(id: u32) -> Option<u64> {
 #[test]
 fn half_sent_requests_block_nobody() {
     let folder = Folder::new(BOX);
-    // Fewer files than there are connections: a server that keeps all of them prevents the image, too.
+    // Fewer files than there are connections: a server that keeps all of them prevents the image,
+    // too.
     let mut command = Command::new("sh");
     command
         .args(["-c", "ulimit -n 200; exec \"$0\" \"$@\""])

@@ -1,4 +1,5 @@
-//! A viewer with tev's protocol, written from the description in tev's header `Ipc.h`: it reads packets from one connection and keeps images.
+//! A viewer with tev's protocol, written from the description in tev's header `Ipc.h`: it reads
+//! packets from one connection and keeps images.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read};

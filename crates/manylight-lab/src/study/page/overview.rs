@@ -20,7 +20,8 @@ pub(super) fn title(out: &mut Document, data: PageData, runs: &[Run], command: &
     );
 }
 
-/// The command, the number of results of available programs, and their versions, computers and dates.
+/// The command, the number of results of available programs, and their versions, computers and
+/// dates.
 fn origin(data: PageData, runs: &[Run], command: &str) -> String {
     let records: Vec<&Record> = (runs.iter())
         .filter_map(|run| data.results.get(&run.key()))

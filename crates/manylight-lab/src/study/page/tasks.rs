@@ -10,8 +10,8 @@ use super::data::PageData;
 use crate::document::{Document, DocumentTable, Plot, PlotLine, TableCell};
 use crate::text::three_digits;
 
-/// A stage with less than this fraction of the rendering time in all runs of a method has no row. Not measured: smaller values list more
-/// stages without influence on the time.
+/// A stage with less than this fraction of the rendering time in all runs of a method has no row.
+/// Not measured: smaller values list more stages without influence on the time.
 const MIN_STAGE_FRACTION: f64 = 0.005;
 
 /// The tables of a task.
@@ -113,7 +113,8 @@ fn convergence(out: &mut Document, data: PageData, task: &StudyTask) {
     out.table(slopes);
 }
 
-/// For each budget, the rendering time in seconds and the square root of relMSE; `None` if the run is not done.
+/// For each budget, the rendering time in seconds and the square root of relMSE; `None` if the run
+/// is not done.
 fn points(
     data: PageData,
     task: &StudyTask,

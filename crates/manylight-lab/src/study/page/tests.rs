@@ -1,7 +1,6 @@
 //! A page from fixed results.
 
-use super::super::machine::Machine;
-use super::super::record::Record;
+use super::super::record::{Machine, Record};
 use super::super::runs::plan_runs;
 use super::super::testing::{self, TestProgram};
 use super::*;

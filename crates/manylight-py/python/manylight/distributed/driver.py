@@ -9,6 +9,7 @@ from typing import Any
 
 import distributed
 import manylight as ml
+from manylight._options import default
 
 from .cluster import Cluster
 from .display import Display, ProgressOption
@@ -27,8 +28,8 @@ def render(
     passes: int | None = None,
     time: float | str | None = None,
     target_error: float | None = None,
-    method: str = "rich-vpl",
-    block: int = 16,
+    method: str = default("method"),
+    block: int = default("block"),
     shares: int | None = None,
     retries: int = 2,
     progress: ProgressOption = True,
@@ -45,7 +46,7 @@ def render(
         client: A ``distributed.Client``. Default: the current one, or else this process with all processors.
         folder: Where the part files are, on a file system that all machines see at the same path. Parts that an earlier call with the same
             settings has left are used. The files are deleted after success. Default: a temporary folder, if all workers see it.
-        passes: Samples per pixel in total. Default: 16, or no limit with ``time`` or ``target_error``.
+        passes: Samples per pixel in total. Default: as for `manylight.render`.
         time: Seconds, or text such as ``"10m"``. The render goes in rounds (`manylight.distributed.rounds`), and ends with the wave of
             blocks (one per worker) that ends closest to this time.
         target_error: Relative error of the image at which the render ends, after a round.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import manylight as ml
-from manylight._native import DEFAULT_PASSES, seconds
+from manylight._native import pass_limit, seconds
 
 #: Options of `manylight.render` that need the whole image.
 _NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks")
@@ -27,7 +27,7 @@ def goal_of(passes: int | None, time: float | str | None, target_error: float | 
     if passes is not None and open_ended:
         raise ml.UsageError("passes: does not go with time or target_error on a cluster; give passes, or the others")
     if passes is None and not open_ended:
-        passes = DEFAULT_PASSES
+        passes = pass_limit([])
     if passes is not None and not (_is_integer(passes) and passes >= 1):
         raise ml.UsageError(f"passes: found {passes!r}, expected an integer from 1 on")
     if target_error is not None and not (_is_number(target_error) and 0 < target_error < math.inf):

@@ -12,14 +12,13 @@
 //! | 5. prepare the compensation of clamping: a radiance cache, and photons | `radiance_cache.rs`, `compensation_photons.rs` |
 //! | 6. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
-//! Stages 2 to 4 are made of the modules of [`crate::virtual_lights`]. The settings are in
-//! `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`. [`super::partition`]
-//! defines which path belongs to which film layer.
+//! Stages 2 to 4 are made of the modules of [`crate::virtual_lights`]. The settings, their axes and
+//! the named methods are in `settings.rs`. [`super::partition`] defines which path belongs to which
+//! film layer.
 //!
 //! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light
 //! Methods", Eurographics 2015.
 
-mod axes;
 mod chain;
 mod compensation;
 mod compensation_photons;
@@ -32,7 +31,6 @@ mod lights;
 mod passes;
 mod paths;
 mod prefix;
-mod presets;
 mod radiance_cache;
 mod schedule;
 mod settings;
@@ -41,14 +39,16 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 pub(super) use effort::with_fixed_effort;
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use lights::DARKEST_PIXEL;
 pub use passes::PreparedPasses;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
-pub use settings::ManyLight;
+pub use settings::{
+    ClampRule, Compensation, Contradiction, Effort, EmissionKind, FluxRule, ManyLight,
+    PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
+};
 
 use super::context::PassContext;
 use crate::film::Film;

@@ -1,9 +1,16 @@
-//! The settings of a many-light method.
+//! The settings of a many-light method: the numbers and axes of [`ManyLight`], what contradicts
+//! itself, and the named methods.
+//!
+//! A named method is a choice on each axis; all combinations exist, but for a few that contradict
+//! themselves. In words: docs/many_light.md. The axes [`Kernel`] and [`Strategy`] belong to
+//! [`crate::gather`].
 
-use super::axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
-use crate::gather::{Kernel, Strategy};
+use crate::gather::{CutLimits, Kernel, Strategy};
+use crate::virtual_lights::{GlossyForm, TableStorage};
+use std::fmt;
 
-/// Indirect light from virtual lights: the number of particles and lights, and a choice on each axis.
+/// Indirect light from virtual lights: the number of particles and lights, and a choice on each
+/// axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ManyLight {
     /// Virtual lights that a pass shades with.
@@ -30,25 +37,433 @@ pub struct ManyLight {
     pub compensation: Compensation,
     /// The lights of successive passes.
     pub resampling: Resampling,
-    /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light, relative to the mean over the lights
-    /// of a pass. 0: no roulette.
+    /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light,
+    /// relative to the mean over the lights of a pass. 0: no roulette.
     pub roulette: f32,
     /// Emitter samples per direction at the first gather points.
     pub emitter_samples: u32,
-    /// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided; one with
-    /// [`Strategy::Cuts`].
+    /// Camera paths that a pixel starts with in a pass, among which its lights and directions are
+    /// divided; one with [`Strategy::Cuts`].
     pub camera_paths: u32,
     /// How `light_count`, `photon_paths`, `roulette`, `emitter_samples` and `camera_paths` are set.
     pub effort: Effort,
 }
 
+/// How photons are chosen to become virtual lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// With probability proportional to flux.
+    Uniform,
+    /// With probability proportional to importance times flux.
+    Importance,
+    /// As [`Placement::Importance`], followed by relaxation: repulsion between neighboring lights.
+    Relaxed,
+}
+
+/// The flux of a virtual light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FluxRule {
+    /// Flux of the light's photon over the probability of having been kept: the paper's rule, as we
+    /// read it.
+    Density,
+    /// Flux of all photons that are nearer to the light than to any other light of the same
+    /// surface.
+    Partition,
+}
+
+/// The emission of a virtual light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmissionKind {
+    /// The reflection of one photon.
+    Single,
+    /// The reflection of all photons of a cluster: the diffuse part exactly, the glossy part in
+    /// this form.
+    Rich(GlossyForm),
+}
+
+impl EmissionKind {
+    /// Tables of the size of the rich methods.
+    pub const TABLE: EmissionKind = EmissionKind::table(TABLE_SIDE);
+    /// As many von Mises-Fisher lobes as in the paper.
+    pub const LOBES: EmissionKind = EmissionKind::Rich(GlossyForm::Lobes {
+        count: DEFAULT_LOBES,
+    });
+
+    /// Tables of `side` texels along an edge.
+    const fn table(side: u32) -> Self {
+        EmissionKind::Rich(GlossyForm::Table {
+            side,
+            storage: TableStorage::Shared,
+        })
+    }
+}
+
+/// Bound on the `1 / d²` singularity of a connection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClampRule {
+    /// No bound.
+    None,
+    /// By the surface area that each light represents: [`Clamp::Auto`](crate::gather::Clamp::Auto).
+    Auto,
+    /// `G <= 1 / A`, with `A` the median surface area that the lights of one pass represent, in m².
+    Fixed,
+    /// `G <= value`, in 1/m².
+    Value(f32),
+}
+
+/// Compensation of the light that clamping removes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compensation {
+    /// None: the image lacks that light.
+    None,
+    /// Directions sampled at the shading point, continued in proportion to the clamped fraction,
+    /// after Kollig and Keller. Photons add what low-roughness lobes reflect from emitters, which
+    /// directions would rarely find.
+    KolligKeller,
+}
+
+/// The virtual lights of successive passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resampling {
+    /// New lights in each pass, which represent the same area in all passes.
+    New,
+    /// New lights in each pass, which represent a smaller area from pass to pass. The mean over
+    /// passes converges to the right image.
+    Progressive,
+}
+
+/// How the effort of a pass is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// As the settings say.
+    Fixed,
+    /// By a pre-pass: at most as many lights as the settings say.
+    Measured,
+}
+
+/// Two settings of a many-light method that contradict each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contradiction {
+    /// [`Placement::Relaxed`] with [`FluxRule::Density`].
+    RelaxedDensity,
+    /// [`Kernel::Sphere`] with another strategy than [`Strategy::All`].
+    SphereCut,
+    /// [`Kernel::Sphere`] with a clamp.
+    SphereClamp,
+    /// [`Kernel::Sphere`] with a compensation.
+    SphereCompensation,
+    /// [`Effort::Measured`] with another strategy than [`Strategy::All`].
+    MeasuredCut,
+    /// [`Strategy::Bidirectional`] without [`Compensation::KolligKeller`].
+    UncompensatedPairs,
+}
+
+impl Contradiction {
+    /// Why the two settings contradict each other.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Contradiction::RelaxedDensity => {
+                "the flux by density needs the selection probability of each light, which is unknown after a relaxation"
+            }
+            Contradiction::SphereCut => "the contribution of a cluster of spheres has no bound",
+            Contradiction::SphereClamp => "a sphere has no singularity",
+            Contradiction::SphereCompensation => {
+                "without clamping there is no residual to compensate"
+            }
+            Contradiction::MeasuredCut => "a cut sums as many lights as its error asks for",
+            Contradiction::UncompensatedPairs => {
+                "camera paths are extended by the clamped residual"
+            }
+        }
+    }
+}
+
+impl fmt::Display for Contradiction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let settings = match self {
+            Contradiction::RelaxedDensity => "relaxed placement with flux by density",
+            Contradiction::SphereCut => "spheres with cuts",
+            Contradiction::SphereClamp => "spheres with a clamp",
+            Contradiction::SphereCompensation => "spheres with compensation",
+            Contradiction::MeasuredCut => "measured effort with cuts",
+            Contradiction::UncompensatedPairs => "bidirectional cuts without compensation",
+        };
+        write!(f, "{settings}: {}", self.reason())
+    }
+}
+
+impl std::error::Error for Contradiction {}
+
 impl ManyLight {
-    /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point start with one path: four cuts were
-    /// no better at equal time (relMSE of one against four: Kitchen 0.044 after 45 s, 0.048 after 42 s).
+    /// Refuses settings that contradict each other.
+    ///
+    /// # Errors
+    /// The first contradiction.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        let is_sphere = self.kernel == Kernel::Sphere;
+        let is_cut = self.strategy != Strategy::All;
+        let is_bidirectional = matches!(self.strategy, Strategy::Bidirectional(_));
+        let contradictions = [
+            (
+                self.placement == Placement::Relaxed && self.flux == FluxRule::Density,
+                Contradiction::RelaxedDensity,
+            ),
+            (is_sphere && is_cut, Contradiction::SphereCut),
+            (
+                is_sphere && self.clamp != ClampRule::None,
+                Contradiction::SphereClamp,
+            ),
+            (
+                is_sphere && self.compensation != Compensation::None,
+                Contradiction::SphereCompensation,
+            ),
+            (
+                self.effort == Effort::Measured && is_cut,
+                Contradiction::MeasuredCut,
+            ),
+            (
+                is_bidirectional && self.compensation == Compensation::None,
+                Contradiction::UncompensatedPairs,
+            ),
+        ];
+        match contradictions.into_iter().find(|(found, _)| *found) {
+            None => Ok(()),
+            Some((_, contradiction)) => Err(contradiction),
+        }
+    }
+
+    /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point
+    /// start with one path: four cuts were no better at equal time (relMSE of one against four:
+    /// Kitchen 0.044 after 45 s, 0.048 after 42 s).
     pub(super) fn started_paths(&self) -> u32 {
         match self.strategy {
             Strategy::All | Strategy::Bidirectional(_) => self.camera_paths,
             Strategy::Cuts(_) => 1,
+        }
+    }
+}
+
+/// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights,
+/// since a cut grows slowly with the number of lights.
+const CUT_LIGHTS: u32 = 16_384;
+/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8
+/// passes at 160x90: the variance of direct light falls by 1.5 and 2.1 times in the Kitchen, 1.7
+/// and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2, and in the CBox,
+/// which has one lamp, 20 %.
+const EMITTER_SAMPLES: u32 = 2;
+/// Camera paths that a pixel starts with in a pass. With one path, edges and textures were most of
+/// the noise of a pass.
+const CAMERA_PATHS: u32 = 4;
+/// Threshold of roulette before shadow rays. Measured at 0, 2 and 4, over 4 passes at 160x90:
+/// variance times time is 1, 0.93 and 0.87 in the Kitchen, 1, 0.93 and 0.88 in the Garage, 1, 1.00
+/// and 1.15 in the CBox.
+const ROULETTE: f32 = 2.0;
+/// Texels along an edge of a table. Measured at 32, 48, 64 and 128, over 8 passes of 512 lights
+/// with the same photons at 160x90: the mean of the U-Shape, where light grazes walls, is 0, 0.5,
+/// 0.6 and 0.7 % brighter, and variance times time is 1, 1.04 and 1.20 there (32, 48, 64), 1, 1.00
+/// and 1.03 in the Kitchen, 1, 1.01 and 1.05 in the Garage.
+const TABLE_SIDE: u32 = 48;
+/// Von Mises-Fisher lobes of a light, as in the paper (Simon, Hanika, Dachsbacher 2015).
+const DEFAULT_LOBES: u32 = 5;
+/// The tables of the talk of 2015, and of lightcuts, which keep many of them.
+const PAPER_TABLES: EmissionKind = EmissionKind::table(32);
+/// Least photon paths per virtual light, for presets with many lights and for numbers of lights on
+/// request. With this many, the noise of the photon fluxes is expected to be below the noise of the
+/// light positions; no measurement is recorded. More paths take longer.
+pub const PHOTON_PATHS_PER_LIGHT: u32 = 64;
+/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: with 200, 400 and
+/// 1000 pairs, the relative variance of virtual lights is 0.018, 0.0046 and 0.0031, and a render
+/// takes 35, 57 and 91 s of processor time.
+const PRODUCT_CUT: u32 = 400;
+
+impl ManyLight {
+    /// Rich-VPLs: importance placement, partition of flux, tables, discs.
+    pub fn rich_vpl() -> Self {
+        ManyLight {
+            light_count: 512,
+            photon_paths: 262_144,
+            importon_paths: 32_768,
+            placement: Placement::Importance,
+            flux: FluxRule::Partition,
+            neighbors: 100,
+            emission: EmissionKind::TABLE,
+            kernel: Kernel::Disc,
+            strategy: Strategy::All,
+            clamp: ClampRule::Auto,
+            compensation: Compensation::KolligKeller,
+            resampling: Resampling::Progressive,
+            roulette: ROULETTE,
+            emitter_samples: EMITTER_SAMPLES,
+            camera_paths: CAMERA_PATHS,
+            effort: Effort::Fixed,
+        }
+    }
+
+    /// [`ManyLight::rich_vpl`] with lights, emitter samples and camera paths by the scene: the
+    /// default of a render.
+    pub fn rich_vpl_by_scene() -> Self {
+        ManyLight {
+            effort: Effort::Measured,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// The method of the talk of 2015, as we read it: importance placement, density rule, 32 x 32
+    /// tables, points, one clamp for all lights.
+    pub fn rich_vpl_paper() -> Self {
+        ManyLight {
+            flux: FluxRule::Density,
+            kernel: Kernel::Point,
+            clamp: ClampRule::Fixed,
+            compensation: Compensation::None,
+            resampling: Resampling::New,
+            emission: PAPER_TABLES,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Rich-VPLs as virtual spherical lights.
+    pub fn rich_vsl() -> Self {
+        ManyLight {
+            kernel: Kernel::Sphere,
+            clamp: ClampRule::None,
+            compensation: Compensation::None,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights
+    /// for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
+    pub fn vsl() -> Self {
+        ManyLight {
+            kernel: Kernel::Sphere,
+            clamp: ClampRule::None,
+            compensation: Compensation::None,
+            resampling: Resampling::Progressive,
+            ..ManyLight::vpl()
+        }
+    }
+
+    /// Virtual point lights: photons kept with probability proportional to flux. Source: Keller,
+    /// "Instant Radiosity", SIGGRAPH 1997.
+    pub fn vpl() -> Self {
+        ManyLight {
+            placement: Placement::Uniform,
+            flux: FluxRule::Density,
+            emission: EmissionKind::Single,
+            kernel: Kernel::Point,
+            resampling: Resampling::New,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Virtual point lights placed by importance.
+    pub fn vpl_importance() -> Self {
+        ManyLight {
+            placement: Placement::Importance,
+            ..ManyLight::vpl()
+        }
+    }
+
+    /// Lightcuts of virtual point lights. Source: Walter et al., "Lightcuts: A Scalable Approach to
+    /// Illumination", SIGGRAPH 2005.
+    pub fn lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits::default()),
+            light_count: CUT_LIGHTS,
+            photon_paths: PHOTON_PATHS_PER_LIGHT * CUT_LIGHTS,
+            ..ManyLight::vpl()
+        }
+    }
+
+    /// Lightcuts of Rich-VPLs.
+    pub fn rich_lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits::default()),
+            light_count: CUT_LIGHTS,
+            photon_paths: PHOTON_PATHS_PER_LIGHT * CUT_LIGHTS,
+            emission: PAPER_TABLES,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Bidirectional lightcuts of Rich-VPLs: a cut through the pairs of the gather points of a
+    /// pixel and the lights of a group of passes. Source: Walter, Khungurn, Bala, "Bidirectional
+    /// Lightcuts", SIGGRAPH 2012.
+    pub fn bidirectional_lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Bidirectional(CutLimits {
+                max_lights: PRODUCT_CUT,
+                ..CutLimits::default()
+            }),
+            ..ManyLight::rich_vpl()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contradictions_are_found_and_presets_have_none() {
+        let rich = ManyLight::rich_vpl();
+        for preset in [
+            rich,
+            ManyLight::rich_vpl_by_scene(),
+            ManyLight::rich_vpl_paper(),
+            ManyLight::rich_vsl(),
+            ManyLight::vsl(),
+            ManyLight::vpl(),
+            ManyLight::vpl_importance(),
+            ManyLight::lightcuts(),
+            ManyLight::rich_lightcuts(),
+            ManyLight::bidirectional_lightcuts(),
+        ] {
+            assert_eq!(preset.check(), Ok(()), "{preset:?}");
+        }
+        let sphere = ManyLight::rich_vsl();
+        let cuts = Strategy::Cuts(CutLimits::default());
+        let with = |change: fn(&mut ManyLight), mut settings: ManyLight| {
+            change(&mut settings);
+            settings.check()
+        };
+        let relaxed = ManyLight {
+            placement: Placement::Relaxed,
+            ..rich
+        };
+        let cut = ManyLight {
+            strategy: cuts,
+            ..sphere
+        };
+        assert_eq!(cut.check(), Err(Contradiction::SphereCut));
+        assert_eq!(relaxed.check(), Ok(()));
+        for (found, expected) in [
+            (
+                with(|m| m.flux = FluxRule::Density, relaxed),
+                Contradiction::RelaxedDensity,
+            ),
+            (
+                with(|m| m.clamp = ClampRule::Auto, sphere),
+                Contradiction::SphereClamp,
+            ),
+            (
+                with(|m| m.compensation = Compensation::KolligKeller, sphere),
+                Contradiction::SphereCompensation,
+            ),
+            (
+                with(|m| m.effort = Effort::Measured, ManyLight::lightcuts()),
+                Contradiction::MeasuredCut,
+            ),
+            (
+                with(
+                    |m| m.compensation = Compensation::None,
+                    ManyLight::bidirectional_lightcuts(),
+                ),
+                Contradiction::UncompensatedPairs,
+            ),
+        ] {
+            assert_eq!(found, Err(expected));
         }
     }
 }

@@ -16,9 +16,7 @@ const GLTF_CHECKSUMS: [(&str, (usize, u32)); 4] = [
 ];
 
 fn folder_of(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../scenes")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name)
 }
 
 /// All scenes at the level of detail of the repository.

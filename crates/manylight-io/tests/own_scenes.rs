@@ -3,8 +3,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
-mod formats;
-
 use manylight::film::{Film, Layer};
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::render::{Budget, render_film};
