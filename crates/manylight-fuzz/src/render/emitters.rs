@@ -1,7 +1,6 @@
 //! Emitters.
 
 use super::numbers::Numbers;
-use super::scene::index;
 use super::textures::{color_input, image};
 use manylight::emitters::{Emitter, Environment, ProjectorTexture, SpotFalloff};
 use manylight::ids::TextureId;
@@ -35,7 +34,7 @@ fn emitter(numbers: &mut Numbers, textures: usize) -> Emitter {
             position: numbers.vec3(-2.0, 2.0),
             intensity: numbers.color(BRIGHT),
             emitter_from_world: numbers.mat3(),
-            distribution: TextureId::from(index(numbers, textures)),
+            distribution: TextureId::from(numbers.index(textures)),
         },
         5 | 6 => Emitter::Spot {
             position: numbers.vec3(-2.0, 2.0),
@@ -49,7 +48,7 @@ fn emitter(numbers: &mut Numbers, textures: usize) -> Emitter {
                 SpotFalloff::FlatIrradiance,
             ]),
             projector: (textures > 0 && numbers.flag()).then(|| ProjectorTexture {
-                texture: TextureId::from(index(numbers, textures)),
+                texture: TextureId::from(numbers.index(textures)),
                 axes: [numbers.direction(), numbers.direction()],
                 window: numbers.flag().then(|| numbers.vec2(0.1, 1.0)),
             }),

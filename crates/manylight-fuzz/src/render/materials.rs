@@ -1,7 +1,6 @@
 //! Materials.
 
 use super::numbers::Numbers;
-use super::scene::index;
 use super::textures::{color_input, float_input};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
@@ -34,28 +33,28 @@ fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
         0..=11 => model(numbers, textures),
         12 => Material::Blend {
             weight: float_input(numbers, textures, 1.0),
-            first: MaterialId::from(index(numbers, count)),
-            second: MaterialId::from(index(numbers, count)),
+            first: MaterialId::from(numbers.index(count)),
+            second: MaterialId::from(numbers.index(count)),
         },
         13 | 14 => Material::Mask {
             opacity: float_input(numbers, textures, 1.0),
-            inner: MaterialId::from(index(numbers, count)),
+            inner: MaterialId::from(numbers.index(count)),
         },
         15 => Material::Null,
         16 | 17 => Material::TwoSided {
-            front: MaterialId::from(index(numbers, count)),
-            back: MaterialId::from(index(numbers, count)),
+            front: MaterialId::from(numbers.index(count)),
+            back: MaterialId::from(numbers.index(count)),
         },
         18 if textures > 0 => Material::BumpMap {
-            texture: TextureId::from(index(numbers, textures)),
+            texture: TextureId::from(numbers.index(textures)),
             scale: numbers.float(-2.0, 2.0),
-            inner: MaterialId::from(index(numbers, count)),
+            inner: MaterialId::from(numbers.index(count)),
         },
         19 if textures > 0 => Material::NormalMap {
-            texture: TextureId::from(index(numbers, textures)),
+            texture: TextureId::from(numbers.index(textures)),
             scale: numbers.float(-2.0, 2.0),
             bitangent: numbers.choose(&[Bitangent::RightHanded, Bitangent::AgainstV]),
-            inner: MaterialId::from(index(numbers, count)),
+            inner: MaterialId::from(numbers.index(count)),
         },
         _ => Material::default(),
     }

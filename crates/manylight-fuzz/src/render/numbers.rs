@@ -47,6 +47,15 @@ impl<'a> Numbers<'a> {
         usize::from(self.byte()) % limit.max(1)
     }
 
+    /// An index below `count`, or in rare cases one beyond.
+    pub(super) fn index(&mut self, count: usize) -> usize {
+        if self.rarely(128) {
+            count
+        } else {
+            self.below(count)
+        }
+    }
+
     pub(super) fn flag(&mut self) -> bool {
         self.byte() & 1 == 1
     }

@@ -37,7 +37,7 @@ pub(super) fn scene(numbers: &mut Numbers) -> SceneDesc {
         desc.instances = (0..1 + numbers.below(4))
             .map(|_| InstanceDesc {
                 name: String::new(),
-                group: index(numbers, desc.groups.len()),
+                group: numbers.index(desc.groups.len()),
                 world_from_group: numbers.affine(),
             })
             .collect();
@@ -45,27 +45,18 @@ pub(super) fn scene(numbers: &mut Numbers) -> SceneDesc {
     desc
 }
 
-/// An index below `count`, or in rare cases one beyond.
-pub(super) fn index(numbers: &mut Numbers, count: usize) -> usize {
-    if numbers.rarely(128) {
-        count
-    } else {
-        numbers.below(count)
-    }
-}
-
 fn primitive(numbers: &mut Numbers, desc: &SceneDesc, may_emit: bool) -> PrimitiveDesc {
     let emits = may_emit && !desc.emitters.is_empty() && numbers.rarely(3);
     PrimitiveDesc {
         name: String::new(),
-        shape: ShapeId::from(index(numbers, desc.shapes.len())),
+        shape: ShapeId::from(numbers.index(desc.shapes.len())),
         world_from_object: if numbers.flag() {
             Affine3A::IDENTITY
         } else {
             numbers.affine()
         },
         flip_normals: numbers.flag(),
-        material: MaterialId::from(index(numbers, desc.materials.len())),
+        material: MaterialId::from(numbers.index(desc.materials.len())),
         emitter: emits.then(|| {
             let area = emitters::area(&desc.emitters);
             EmitterId::from(area.unwrap_or(desc.emitters.len()))

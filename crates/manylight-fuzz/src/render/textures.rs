@@ -1,7 +1,6 @@
 //! Textures.
 
 use super::numbers::Numbers;
-use super::scene::index;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::texture::{
@@ -28,7 +27,7 @@ pub(super) fn image(numbers: &mut Numbers, channels: usize) -> Image {
 /// A constant, or one of `textures` textures.
 pub(super) fn color_input(numbers: &mut Numbers, textures: usize, high: f32) -> ColorInput {
     if textures > 0 && numbers.rarely(3) {
-        ColorInput::Texture(TextureId::from(index(numbers, textures)))
+        ColorInput::Texture(TextureId::from(numbers.index(textures)))
     } else {
         ColorInput::Constant(numbers.color(high))
     }
@@ -37,7 +36,7 @@ pub(super) fn color_input(numbers: &mut Numbers, textures: usize, high: f32) -> 
 /// A constant in [0, `high`], or one of `textures` textures.
 pub(super) fn float_input(numbers: &mut Numbers, textures: usize, high: f32) -> FloatInput {
     if textures > 0 && numbers.rarely(3) {
-        FloatInput::Texture(TextureId::from(index(numbers, textures)))
+        FloatInput::Texture(TextureId::from(numbers.index(textures)))
     } else {
         FloatInput::Constant(numbers.float(0.0, high))
     }
@@ -67,7 +66,7 @@ fn texture(numbers: &mut Numbers, i: usize) -> Texture {
             uv_transform: numbers.mat3(),
         },
         7 if i > 0 => Texture::Power {
-            base: TextureId::from(index(numbers, i)),
+            base: TextureId::from(numbers.index(i)),
             exponent: numbers.float(-1.0, 3.0),
         },
         _ => Texture::Solid(Solid {

@@ -1,6 +1,6 @@
 //! What the passes of a group shade with.
 
-use super::axes::Compensation;
+use super::settings::Compensation;
 use super::compensation_photons::CompensationPhoton;
 use super::radiance_cache::RadianceCache;
 use super::schedule::{LightSubsets, PassGroup};
