@@ -2,7 +2,7 @@
 //! the innermost loop of all methods.
 
 use super::connect::{ConnectedLight, Connection};
-use super::light_points::{LightPoint, point_counts, point_of_disc, whole_light};
+use super::light_points::{LightPoint, light_part, point_counts};
 use super::points::{BATCHES, Batch, BatchReceivers};
 use super::roulette::Roulette;
 use super::shadow_block::ShadowBlock;
@@ -142,16 +142,13 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             if is_sphere {
                 let whole = LightPoint {
                     directions: Some(count),
-                    ..whole_light(self.gather, light)
+                    ..light_part(self.gather, light, 0, 1)
                 };
                 self.add_part(&connected, &whole, active, sums);
                 continue;
             }
             for k in 0..count {
-                let part = match count {
-                    1 => whole_light(self.gather, light),
-                    _ => point_of_disc(light, k * (POINTS / count), 1.0 / count as f32),
-                };
+                let part = light_part(self.gather, light, k, count);
                 self.add_part(&connected, &part, active, sums);
             }
         }
