@@ -139,16 +139,12 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             if active == [0; BATCHES] {
                 continue;
             }
-            if is_sphere {
-                let whole = LightPoint {
-                    directions: Some(count),
-                    ..light_part(self.gather, light, 0, 1)
+            let parts = if is_sphere { 1 } else { count };
+            for k in 0..parts {
+                let part = LightPoint {
+                    directions: is_sphere.then_some(count),
+                    ..light_part(self.gather, light, k, parts)
                 };
-                self.add_part(&connected, &whole, active, sums);
-                continue;
-            }
-            for k in 0..count {
-                let part = light_part(self.gather, light, k, count);
                 self.add_part(&connected, &part, active, sums);
             }
         }
