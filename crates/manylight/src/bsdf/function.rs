@@ -154,17 +154,8 @@ impl<'s> Bsdf<'s> {
         self.diffuse_weights(wi.into()).into()
     }
 
-    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over the directions `wi` in `cone`. Infinite for rough dielectrics of index 1.
-    pub fn bound_f_cos_wi(&self, cone: &Cone, wo: Vec3, lobes: Lobes) -> f32 {
-        let incident = IncidentCone {
-            axis: self.frame.to_local(cone.axis.into()).into(),
-            spread: Spread::new(cone.half_angle),
-            projected: None,
-        };
-        self.bound_local(&incident, self.frame.to_local(wo.into()).into(), lobes)
-    }
-
-    /// [`Bsdf::bound_f_cos_wi`] for directions in the shading frame.
+    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over a cone of `wi`, with directions in the
+    /// shading frame. Infinite for rough dielectrics of index 1.
     pub(super) fn bound_local(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         self.leaves()
             .map(|leaf| leaf.bound(incident, wo, lobes))

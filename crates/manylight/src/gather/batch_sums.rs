@@ -2,7 +2,7 @@
 //! the innermost loop of all methods.
 
 use super::connect::Connection;
-use super::light_points::{LightPoint, point_counts, point_of_disc, whole_light};
+use super::light_points::{LightPoint, light_part, point_counts};
 use super::points::{BATCHES, Batch};
 use super::receivers::{BatchReceivers, ConnectedLight};
 use super::roulette::Roulette;
@@ -141,18 +141,11 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             if active == [0; BATCHES] {
                 continue;
             }
-            if is_sphere {
-                let whole = LightPoint {
-                    directions: Some(count),
-                    ..whole_light(self.gather, light)
-                };
-                self.add_part(&connected, &whole, active, sums);
-                continue;
-            }
-            for k in 0..count {
-                let part = match count {
-                    1 => whole_light(self.gather, light),
-                    _ => point_of_disc(light, k * (POINTS / count), 1.0 / count as f32),
+            let parts = if is_sphere { 1 } else { count };
+            for k in 0..parts {
+                let part = LightPoint {
+                    directions: is_sphere.then_some(count),
+                    ..light_part(self.gather, light, k, parts)
                 };
                 self.add_part(&connected, &part, active, sums);
             }

@@ -102,10 +102,7 @@ pub(super) fn part_count(gather: &Gather, at: &ClampReceiver, light: &VirtualLig
 
 /// Area that each point of `light` represents as seen from `at`, in m².
 pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> f32 {
-    match part_count(gather, at, light) {
-        1 => whole_light(gather, light).area,
-        count => point_of_disc(light, 0, 1.0 / count as f32).area,
-    }
+    light_part(gather, light, 0, part_count(gather, at, light)).area
 }
 
 /// Whether a light is several points from near; see [`LEAST_DISC`].
@@ -114,28 +111,26 @@ fn is_disc(gather: &Gather, light: &VirtualLight) -> bool {
     gather.kernel == Kernel::Disc && disc_area(light) > LEAST_DISC * light.area
 }
 
-/// The one point that stands for all of `light` from far.
+/// Part `k` of `light`, of which there are `count`. The one part of a light from far is all of it.
 #[inline(always)]
-pub(super) fn whole_light(gather: &Gather, light: &VirtualLight) -> LightPoint {
-    let (p, area) = match gather.kernel {
-        Kernel::Point | Kernel::Sphere => (light.p, light.area),
-        Kernel::Disc => (light.points[0], disc_area(light).max(light.area)),
+pub(super) fn light_part(
+    gather: &Gather,
+    light: &VirtualLight,
+    k: usize,
+    count: usize,
+) -> LightPoint {
+    let (p, area) = match (gather.kernel, count) {
+        (Kernel::Point | Kernel::Sphere, _) => (light.p, light.area),
+        (Kernel::Disc, 1) => (light.points[0], disc_area(light).max(light.area)),
+        (Kernel::Disc, _) => (
+            light.points[k * (POINTS / count)],
+            disc_area(light) * (1.0 / count as f32),
+        ),
     };
     LightPoint {
         p,
         area,
-        weight: 1.0,
-        directions: None,
-    }
-}
-
-/// A quarter or a sixteenth of a light: the point with the given index.
-#[inline(always)]
-pub(super) fn point_of_disc(light: &VirtualLight, index: usize, fraction: f32) -> LightPoint {
-    LightPoint {
-        p: light.points[index],
-        area: disc_area(light) * fraction,
-        weight: fraction,
+        weight: 1.0 / count as f32,
         directions: None,
     }
 }

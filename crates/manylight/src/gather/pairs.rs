@@ -3,7 +3,7 @@
 
 use super::clamping::ClampReceiver;
 use super::gather_tree::{GatherNode, GatherTree, Sensor};
-use super::light_points::{LightPoint, part_count, point_of_disc, whole_light};
+use super::light_points::{LightPoint, light_part, part_count};
 use super::points::rounding_at;
 use super::receivers::ConnectedLight;
 use super::{Gather, Gathered, LightIndex};
@@ -14,7 +14,6 @@ use crate::lanes::{Mask, One};
 use crate::light_tree::{LightNode, LightTree, Receiver};
 use crate::math::{Aabb, Cone, Spread, Vec3};
 use crate::scene::Scene;
-use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{SingleEmission, VirtualLight};
 use std::f32::consts::PI;
 
@@ -137,28 +136,14 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         };
         let mut value = ConnectionValue::default();
         let mut add = |part: LightPoint| self.add_part(sensor, &connected, part, &mut value, cost);
-        match (
-            part_count(self.gather, &ClampReceiver::from(sensor.at), light),
-            parts,
-        ) {
-            (1, _) => add(whole_light(self.gather, light)),
-            (count, Parts::All) => {
-                for k in 0..count {
-                    add(point_of_disc(
-                        light,
-                        k * (POINTS / count),
-                        1.0 / count as f32,
-                    ));
-                }
-            }
-            (count, Parts::One(u)) => {
-                let k = ((u * count as f32) as usize).min(count - 1);
-                let part = point_of_disc(light, k * (POINTS / count), 1.0 / count as f32);
-                add(LightPoint {
-                    weight: 1.0,
-                    ..part
-                });
-            }
+        let count = part_count(self.gather, &ClampReceiver::from(sensor.at), light);
+        let part = |k: usize| light_part(self.gather, light, k, count);
+        match parts {
+            Parts::All => (0..count).for_each(|k| add(part(k))),
+            Parts::One(u) => add(LightPoint {
+                weight: 1.0,
+                ..part(((u * count as f32) as usize).min(count - 1))
+            }),
         }
         value
     }

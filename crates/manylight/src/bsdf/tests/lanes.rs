@@ -1,5 +1,6 @@
 //! Evaluation in lanes against evaluation of single functions.
 
+use super::bounds::bound_within;
 use super::*;
 use crate::bsdf::{FixedWo, FixedWoLanes, LaneModel};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, Mask};
@@ -113,7 +114,7 @@ fn bounds_in_lanes_are_those_of_single_functions() {
             let spreads = cones.map(|(cone, _)| Spread::new(cone.half_angle));
             let bounds = Isa::best().run(BoundsInLanes(&lanes, &axes, &spreads));
             for (i, &wo) in directions.iter().enumerate() {
-                let single = bsdf.bound_f_cos_wi(&cones[i].0, wo, lobes);
+                let single = bound_within(&bsdf, &cones[i].0, wo, lobes);
                 if single.is_finite() {
                     assert_close(bounds[i], single, 1e-3, case.name);
                 }

@@ -1,9 +1,9 @@
 //! What the passes of a group shade with.
 
-use super::settings::Compensation;
 use super::compensation_photons::CompensationPhoton;
 use super::radiance_cache::RadianceCache;
 use super::schedule::{LightSubsets, PassGroup};
+use super::settings::Compensation;
 use crate::gather::{Gather, LightIndex};
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::Vec2;
