@@ -1,7 +1,8 @@
 //! A folder with the files of an input.
 //!
-//! An input is the content of one file, or of several: after the first one, a line `#### FILE name` starts the next. Every folder also has
-//! the files of [`ASSETS`], so that scenes have something to refer to.
+//! An input is the content of one file, or of several: after the first one, a line `#### FILE name`
+//! starts the next. Every folder also has the files of [`ASSETS`], so that scenes have something to
+//! refer to.
 
 use std::cell::RefCell;
 use std::fs;
@@ -42,8 +43,8 @@ pub(crate) fn with_file(content: &[u8], name: &str, f: impl FnOnce(&Path)) {
     });
 }
 
-/// Calls `f` with the path of the first file of an input, which is called `name`. Inputs that name files outside of the folder are
-/// left out.
+/// Calls `f` with the path of the first file of an input, which is called `name`. Inputs that name
+/// files outside of the folder are left out.
 pub(crate) fn with_files(input: &[u8], name: &str, f: impl FnOnce(&Path)) {
     if leaves_folder(input) {
         return;

@@ -1,10 +1,11 @@
 //! Fuzz targets: functions from arbitrary bytes to checks of a reader or of a render.
 //!
-//! A target panics, aborts, or runs out of time or memory where a promise is broken; [`TARGETS`] lists all of them. They are called by
-//! cargo-fuzz (the crate in `fuzz/`), by the program `replay` with files, and by a test that replays the committed corpus.
+//! A target panics, aborts, or runs out of time or memory where a promise is broken; [`TARGETS`]
+//! lists all of them. They are called by cargo-fuzz (the crate in `fuzz/`), by the program `replay`
+//! with files, and by a test that replays the committed corpus.
 //!
-//! What every target checks: the code neither panics nor hangs, takes at most [`MEMORY_LIMIT`] bytes, and every error has a
-//! message. `docs/robustness.md` says more.
+//! What every target checks: the code neither panics nor hangs, takes at most [`MEMORY_LIMIT`]
+//! bytes, and every error has a message. `docs/robustness.md` says more.
 
 mod folder;
 mod images;

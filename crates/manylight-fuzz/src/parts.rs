@@ -5,7 +5,8 @@ use crate::messages::check_file_error;
 use manylight_io::FileError;
 use manylight_io::part::PartFile;
 
-/// Reads a part file as `merge` does; the checksum is compared, and damage behind it is read nevertheless.
+/// Reads a part file as `merge` does; the checksum is compared, and damage behind it is read
+/// nevertheless.
 pub(crate) fn check(input: &[u8]) {
     with_file(input, "a.part", |path| {
         if let Err(error) = read(path) {

@@ -1,4 +1,5 @@
-//! Replays the committed corpus: small inputs that reach different code, and every input that once broke a promise.
+//! Replays the committed corpus: small inputs that reach different code, and every input that once
+//! broke a promise.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -35,7 +36,8 @@ fn ended(mut child: Child) -> Option<std::process::Output> {
     Some(child.wait_with_output().unwrap())
 }
 
-/// Runs a target on its inputs in a child process: an abort or a stack overflow must not end the tests.
+/// Runs a target on its inputs in a child process: an abort or a stack overflow must not end the
+/// tests.
 fn replay(target: &str) -> Result<(), String> {
     let child = Command::new(env!("CARGO_BIN_EXE_replay"))
         .arg(target)

@@ -1,12 +1,13 @@
 //! Rate of k-nearest-neighbor queries among the photons of a scene, compared with the crate kiddo.
 //!
-//! `cargo bench -p manylight --bench knn [-- PHOTONS...]`; by default one and ten million photons. The scene is
-//! `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names.
+//! `cargo bench -p manylight --bench knn [-- PHOTONS...]`; by default one and ten million photons.
+//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names.
 //!
-//! Both trees hold the same points and answer the same queries, in alternating parts. A reported ratio is the median over the
-//! parts; the time of a part is the shortest of several runs, which other load on the machine hardly changes. kiddo answers
-//! sorted (its default) and unsorted; the unsorted time is the comparable one. Every answer is checked: the distance of the
-//! k-th neighbor is the same, and so are all nearer neighbors.
+//! Both trees hold the same points and answer the same queries, in alternating parts. A reported
+//! ratio is the median over the parts; the time of a part is the shortest of several runs, which
+//! other load on the machine hardly changes. kiddo answers sorted (its default) and unsorted; the
+//! unsorted time is the comparable one. Every answer is checked: the distance of the k-th neighbor
+//! is the same, and so are all nearer neighbors.
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
@@ -190,7 +191,8 @@ fn measure(own: &KdTree<Vec3>, kiddo: &Kiddo, queries: &[Vec3], k: usize, name: 
     );
 }
 
-/// The shortest time of [`RUNS`] runs in seconds, and the result. Other load only adds time, and more to the slower tree.
+/// The shortest time of [`RUNS`] runs in seconds, and the result. Other load only adds time, and
+/// more to the slower tree.
 fn seconds<T>(work: impl Fn() -> T) -> (f64, T) {
     let run = || {
         let start = Instant::now();

@@ -42,9 +42,11 @@ impl Rgb {
         r * self.r + g * self.g + b * self.b
     }
 
-    /// A scalar in proportion to which a quantity is sampled, such as the power of emitters: positive for every color that is not black.
+    /// A scalar in proportion to which a quantity is sampled, such as the power of emitters:
+    /// positive for every color that is not black.
     pub(crate) fn selection_weight(self) -> f32 {
-        // The mean of luminance and largest channel: by luminance alone blue light would have few samples of large weight.
+        // The mean of luminance and largest channel: by luminance alone blue light would have few
+        // samples of large weight.
         0.5 * (self.luminance() + self.max_channel()).max(0.0)
     }
 

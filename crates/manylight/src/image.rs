@@ -2,7 +2,8 @@
 
 use crate::color::Rgb;
 
-/// An image: `height` rows of `width` pixels with `channels` values each. Rows from top to bottom, channels interleaved.
+/// An image: `height` rows of `width` pixels with `channels` values each. Rows from top to bottom,
+/// channels interleaved.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
     /// Number of pixels in a row.
@@ -33,7 +34,8 @@ impl Image {
         &self.data[start..start + self.channels]
     }
 
-    /// The pixel as a color. Images of one or two channels give gray; a second channel, alpha, is ignored.
+    /// The pixel as a color. Images of one or two channels give gray; a second channel, alpha, is
+    /// ignored.
     #[inline]
     pub fn rgb(&self, x: usize, y: usize) -> Rgb {
         match *self.pixel(x, y) {

@@ -1,10 +1,12 @@
 //! A photorealistic many-light renderer.
 //!
-//! Rich-VPLs (Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015)
-//! and the methods they are compared with, as pure functions over plain data. The crate promises:
+//! Rich-VPLs (Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light
+//! Methods", Eurographics 2015) and the methods they are compared with, as pure functions over
+//! plain data. The crate promises:
 //!
-//! * no files, no printing, and no failure but where it checks what comes in, as in [`scene::Scene::build`]; files belong to the crate `manylight-io`, the
-//!   command line to `manylight-cli`;
+//! * no files, no printing, and no failure but where it checks what comes in, as in
+//!   [`scene::Scene::build`]; files belong to the crate `manylight-io`, the command line to
+//!   `manylight-cli`;
 //! * the same bits for the same seed, for any number of threads;
 //! * units in SI, radiance in linear RGB, directions away from the surface.
 //!
@@ -25,12 +27,13 @@
 //! # Ok(()) }
 //! ```
 //!
-//! `examples/render_scene.rs` writes the image, too. A scene can also be described in code: see [`scene::SceneDesc`].
+//! `examples/render_scene.rs` writes the image, too. A scene can also be described in code: see
+//! [`scene::SceneDesc`].
 //!
 //! # Layers
 //!
-//! A module imports only from layers with smaller numbers; a test reads this list and checks it. From 7 on it is the
-//! order of the method. Start reading at [`integrators::many_light`].
+//! A module imports only from layers with smaller numbers; a test reads this list and checks it.
+//! From 7 on it is the order of the method. Start reading at [`integrators::many_light`].
 //!
 //! ```text
 //! 15 prelude

@@ -1,4 +1,5 @@
-//! Statistics of a render: stage times and counters. Written by many threads; readable at any time, by progress displays.
+//! Statistics of a render: stage times and counters. Written by many threads; readable at any time,
+//! by progress displays.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -26,7 +27,8 @@ pub struct Stats {
     pub shadow_rays: AtomicU64,
     /// Number of pixel samples dropped for a non-finite value.
     pub dropped_samples: AtomicU64,
-    /// Radiance of virtual lights that clamping removes, summed over pixels, in units of 1e-6 of luminance.
+    /// Radiance of virtual lights that clamping removes, summed over pixels, in units of 1e-6 of
+    /// luminance.
     pub clamped: AtomicU64,
     /// Radiance of virtual lights before clamping, in the units of [`Stats::clamped`].
     pub unclamped: AtomicU64,

@@ -1,5 +1,5 @@
-//! Runs a fuzz target on files: `replay TARGET FILE...`. Prints the path of each file before it is read, so that the last one is
-//! the one that ended the program.
+//! Runs a fuzz target on files: `replay TARGET FILE...`. Prints the path of each file before it is
+//! read, so that the last one is the one that ended the program.
 
 use cap::Cap;
 use manylight_fuzz::{TARGETS, limited_allocator};

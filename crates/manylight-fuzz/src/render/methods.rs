@@ -23,7 +23,8 @@ const METHODS: [fn() -> MethodKind; 15] = [
     || MethodKind::Aov,
 ];
 
-/// Texels along an edge of a table. Small ones are the rule: the grid of the largest takes as long as the rest of a render.
+/// Texels along an edge of a table. Small ones are the rule: the grid of the largest takes as long
+/// as the rest of a render.
 const TABLE_SIDES: [u32; 4] = [8, 4, 2, 48];
 
 /// One of the methods.

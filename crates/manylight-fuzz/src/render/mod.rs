@@ -18,8 +18,9 @@ use std::io::Write;
 /// Environment variable with which the description of a scene is printed before it is rendered.
 const PRINT: &str = "MANYLIGHT_FUZZ_PRINT";
 
-/// Makes a scene of the bytes, builds it, and renders it with one of the methods. The numbers in it may be zero, negative, huge, tiny, infinite
-/// or not a number. What is built is rendered, and every value of the film is finite.
+/// Makes a scene of the bytes, builds it, and renders it with one of the methods. The numbers in it
+/// may be zero, negative, huge, tiny, infinite or not a number. What is built is rendered, and
+/// every value of the film is finite.
 pub(crate) fn check(input: &[u8]) {
     let mut numbers = Numbers::new(Unstructured::new(input));
     let mut kind = methods::method(&mut numbers);

@@ -1,10 +1,12 @@
-//! Rate of whole connections between surface points and Rich-VPLs (visibility, BSDF and table look-up), per second and thread.
+//! Rate of whole connections between surface points and Rich-VPLs (visibility, BSDF and table
+//! look-up), per second and thread.
 //!
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench connections [-- LIGHTS...]`; by default 4096, 32768
-//! and 262144 virtual lights.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench connections [-- LIGHTS...]`;
+//! by default 4096, 32768 and 262144 virtual lights.
 //!
-//! Random tiles of 8 x 8 pixels of a 512 x 512 image gather all lights. "Pairs" counts pixels times lights; "connections"
-//! counts pairs of a pixel and a light that face each other, which need a shadow ray.
+//! Random tiles of 8 x 8 pixels of a 512 x 512 image gather all lights. "Pairs" counts pixels times
+//! lights; "connections" counts pairs of a pixel and a light that face each other, which need a
+//! shadow ray.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"

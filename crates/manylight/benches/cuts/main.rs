@@ -1,11 +1,13 @@
-//! Light-tree cuts compared with the sum over all lights, at the same points and with the same lights: time and error.
+//! Light-tree cuts compared with the sum over all lights, at the same points and with the same
+//! lights: time and error.
 //!
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench cuts [-- LIGHTS... [error=X...] [cut=N...]
-//! [plot=FOLDER]]`; by default 4096, 32768 and 262144 virtual lights and the default limits of a cut. `plot` writes time over
-//! number of lights to `FOLDER/cuts-SCENE.svg`.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench cuts [-- LIGHTS... [error=X...] [cut=N...] [plot=FOLDER]]`;
+//! by default 4096, 32768 and 262144 virtual lights and the default limits of a cut. `plot` writes
+//! time over number of lights to `FOLDER/cuts-SCENE.svg`.
 //!
-//! The points are the pixels of random 8 x 8 tiles of a 512 x 512 image. Times are of one thread. The error of a point is
-//! relative to the luminance that all lights give there, or to 1/20 of the mean luminance if that is larger.
+//! The points are the pixels of random 8 x 8 tiles of a 512 x 512 image. Times are of one thread.
+//! The error of a point is relative to the luminance that all lights give there, or to 1/20 of the
+//! mean luminance if that is larger.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"
@@ -131,7 +133,8 @@ impl Measurement {
     }
 }
 
-/// Measures one number of lights. Returns the number of lights made, and milliseconds per point of each strategy.
+/// Measures one number of lights. Returns the number of lights made, and milliseconds per point of
+/// each strategy.
 fn bench(scene: &Scene, count: u32, options: &Options) -> (usize, Vec<(String, f64)>) {
     let (set, stats) = prepare(scene, count, ManyLight::rich_lightcuts());
     let lights = set.lights;
@@ -175,7 +178,8 @@ fn bench(scene: &Scene, count: u32, options: &Options) -> (usize, Vec<(String, f
     (light_count, times)
 }
 
-/// Sums by cuts. As in rendering, the tolerated error of a point is relative to at least [`DARKEST_PIXEL`] times the `mean` luminance.
+/// Sums by cuts. As in rendering, the tolerated error of a point is relative to at least
+/// [`DARKEST_PIXEL`] times the `mean` luminance.
 fn sum_by_cuts(
     scene: &Scene,
     lights: &LightIndex,

@@ -1,10 +1,12 @@
 //! Time of next-event estimation: emitter samples and their densities, per sample and thread.
 //!
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench emitters [-- WHAT [REPEATS]]`, with WHAT one of `one`, `pdf`,
-//! `environment`, and `sixteen`, `pdf16`, `environment16` for sixteen receivers at a time; by default all.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench emitters [-- WHAT [REPEATS]]`,
+//! with WHAT one of `one`, `pdf`, `environment`, and `sixteen`, `pdf16`, `environment16` for
+//! sixteen receivers at a time; by default all.
 //!
-//! Receivers are the surfaces seen through random tiles of 8 x 8 pixels of a 512 x 512 image, and where one diffuse reflection there
-//! leads. For instructions per sample, `perf stat -e instructions:u` with two numbers of repeats gives a difference without the start.
+//! Receivers are the surfaces seen through random tiles of 8 x 8 pixels of a 512 x 512 image, and
+//! where one diffuse reflection there leads. For instructions per sample,
+//! `perf stat -e instructions:u` with two numbers of repeats gives a difference without the start.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"
@@ -174,7 +176,8 @@ impl<'s> Workload<'s> {
         }
     }
 
-    /// Prints the median time per sample over several runs; `run` returns a number of samples and a sum.
+    /// Prints the median time per sample over several runs; `run` returns a number of samples and a
+    /// sum.
     fn report(&self, name: &str, repeats: usize, run: impl Fn() -> (usize, f32)) {
         let mut times = Vec::new();
         let mut last = (0, 0.0);

@@ -1,9 +1,11 @@
-//! Growth of the time of one Rich-VPL pass with the numbers of lights, threads, pixels and triangles.
+//! Growth of the time of one Rich-VPL pass with the numbers of lights, threads, pixels and
+//! triangles.
 //!
-//! `cargo bench -p manylight --bench growth [-- FOLDER]` prints the seconds of each stage, and writes `growth-*.svg` to FOLDER.
+//! `cargo bench -p manylight --bench growth [-- FOLDER]` prints the seconds of each stage, and
+//! writes `growth-*.svg` to FOLDER.
 //!
-//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names. The number of triangles grows by
-//! splitting each triangle into four, which leaves the image unchanged.
+//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names. The number of
+//! triangles grows by splitting each triangle into four, which leaves the image unchanged.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"

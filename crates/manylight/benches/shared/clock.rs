@@ -23,7 +23,8 @@ pub(crate) fn thread_seconds() -> f64 {
     time.seconds as f64 + 1e-9 * time.nanoseconds as f64
 }
 
-/// Wall-clock time in seconds since the first call; the fallback where no per-thread clock is declared.
+/// Wall-clock time in seconds since the first call; the fallback where no per-thread clock is
+/// declared.
 #[cfg(not(all(target_os = "linux", target_pointer_width = "64")))]
 pub(crate) fn thread_seconds() -> f64 {
     static START: std::sync::LazyLock<std::time::Instant> =

@@ -54,7 +54,8 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (Prepared
     (set, stats)
 }
 
-/// The surface points seen through the pixel centers of `count` random tiles that see at least one surface.
+/// The surface points seen through the pixel centers of `count` random tiles that see at least one
+/// surface.
 pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
     let mut random = Pcg::new(4);
     let mut below = |n: usize| random.next_u32() as usize % n * TILE;

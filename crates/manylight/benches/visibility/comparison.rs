@@ -55,8 +55,8 @@ pub(crate) struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// Times the kernels alternately and prints their median rates, as ratios to the fastest reference, or to the last kernel
-    /// if there is no reference.
+    /// Times the kernels alternately and prints their median rates, as ratios to the fastest
+    /// reference, or to the last kernel if there is no reference.
     pub(crate) fn run(&self, geometry: &mut Geometry) {
         let mut seconds = vec![Vec::new(); self.kernels.len()];
         let mut hits = vec![0; self.kernels.len()];

@@ -1,5 +1,5 @@
-//! Embree 4, loaded from the shared library that `MANYLIGHT_EMBREE` names. The declarations follow Embree's headers and cover
-//! only what is called here.
+//! Embree 4, loaded from the shared library that `MANYLIGHT_EMBREE` names. The declarations follow
+//! Embree's headers and cover only what is called here.
 #![allow(
     unsafe_code,
     reason = "calls into a C library; only this benchmark depends on it"
@@ -166,12 +166,14 @@ macro_rules! function {
 }
 
 impl Embree {
-    /// Builds a scene of `triangles` with this number of threads, 0 for all. `None` if `MANYLIGHT_EMBREE` is not set.
+    /// Builds a scene of `triangles` with this number of threads, 0 for all. `None` if
+    /// `MANYLIGHT_EMBREE` is not set.
     pub(crate) fn new(triangles: &[[Vec3; 3]], threads: usize) -> Option<Self> {
         let path = std::env::var_os("MANYLIGHT_EMBREE")?;
         ALLOCATED.store(0, Ordering::Relaxed);
-        // SAFETY: the user names the library of Embree 4. Its functions have the signatures declared here. The scene keeps its
-        // geometry; scene and device are released when the result is dropped.
+        // SAFETY: the user names the library of Embree 4. Its functions have the signatures
+        // declared here. The scene keeps its geometry; scene and device are released when the
+        // result is dropped.
         unsafe {
             let library = Library::new(path).expect("MANYLIGHT_EMBREE is not a shared library");
             let new_scene =
@@ -242,7 +244,8 @@ impl Embree {
             instance: [[INVALID; 16]; 2],
         };
         let valid = first_valid(rays.len());
-        // SAFETY: as in `intersect`; the function takes 16 rays, and masks and rays have the alignment that Embree requires.
+        // SAFETY: as in `intersect`; the function takes 16 rays, and masks and rays have the
+        // alignment that Embree requires.
         unsafe {
             let query = (&raw mut query).cast();
             (self.intersect16)(
@@ -281,8 +284,8 @@ impl Embree {
         t_far.fold(0, |bits, &t| bits << 1 | u32::from(t < 0.0))
     }
 
-    /// Traces segments from `from` to the points `to` (structure of arrays, `N` is 8 or 16) with a bit in `wanted`. Returns the
-    /// occluded ones as bits.
+    /// Traces segments from `from` to the points `to` (structure of arrays, `N` is 8 or 16) with a
+    /// bit in `wanted`. Returns the occluded ones as bits.
     #[inline]
     pub(crate) fn occluded_packet<const N: usize>(
         &self,
@@ -308,7 +311,8 @@ impl Embree {
             16 => self.occluded16,
             _ => panic!("packets have 8 or 16 rays"),
         };
-        // SAFETY: as in `intersect`; the function takes `N` rays, and masks and rays have the alignment that Embree requires.
+        // SAFETY: as in `intersect`; the function takes `N` rays, and masks and rays have the
+        // alignment that Embree requires.
         unsafe {
             let rays = (&raw mut rays).cast();
             trace(valid.0.as_ptr(), self.scene, rays, &mut arguments);
@@ -359,8 +363,8 @@ unsafe fn new_device(library: &Library, threads: usize) -> Handle {
 /// `library` is Embree 4, and `device` is one of its devices.
 unsafe fn new_geometry(library: &Library, device: Handle, triangles: &[[Vec3; 3]]) -> Handle {
     let count = 3 * triangles.len();
-    // SAFETY: the signatures are Embree 4's. Both buffers have room for `count` items and are alive until the geometry is
-    // released.
+    // SAFETY: the signatures are Embree 4's. Both buffers have room for `count` items and are alive
+    // until the geometry is released.
     unsafe {
         let new_geometry = function!(library, b"rtcNewGeometry\0":
             unsafe extern "C" fn(Handle, c_int) -> Handle);
@@ -385,7 +389,8 @@ unsafe fn new_geometry(library: &Library, device: Handle, triangles: &[[Vec3; 3]
     }
 }
 
-/// Sixteen rays as Embree takes them, of which `count` are traced: their origins and directions, and their ends.
+/// Sixteen rays as Embree takes them, of which `count` are traced: their origins and directions,
+/// and their ends.
 fn packet(
     count: usize,
     ray: impl Fn(usize) -> (Vec3, Vec3),

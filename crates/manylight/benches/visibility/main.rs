@@ -1,10 +1,12 @@
-//! Rays per second and thread of single-ray, stream and block queries, compared with other kernels on the same rays.
+//! Rays per second and thread of single-ray, stream and block queries, compared with other kernels
+//! on the same rays.
 //!
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`, where SET is part of the name
-//! of a ray set: `camera`, `bounce`, `random`, `stream`, `tile`, `block` or a number of lights such as `32k`.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`,
+//! where SET is part of the name of a ray set: `camera`, `bounce`, `random`, `stream`, `tile`,
+//! `block` or a number of lights such as `32k`.
 //!
-//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference; `MANYLIGHT_EMBREE_ISA=avx2` limits
-//! them to this instruction set.
+//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference;
+//! `MANYLIGHT_EMBREE_ISA=avx2` limits them to this instruction set.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"

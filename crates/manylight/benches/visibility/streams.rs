@@ -1,4 +1,5 @@
-//! Streams of the rays of path tracers beside Embree's packets of sixteen, in the order of the paths.
+//! Streams of the rays of path tracers beside Embree's packets of sixteen, in the order of the
+//! paths.
 
 use super::comparison::{Comparison, RayKernel, embree_kernel, own_kernels};
 use super::embree::{Coherence, Embree};

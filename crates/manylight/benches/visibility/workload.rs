@@ -103,8 +103,8 @@ impl Workload {
         Some((self.geometry.surface_point(hit.at), -ray.d))
     }
 
-    /// Positions and normals of `count` lights: the hits of camera paths of three bounces, on the side that was hit, sorted in
-    /// clusters of [`BLOCK`].
+    /// Positions and normals of `count` lights: the hits of camera paths of three bounces, on the
+    /// side that was hit, sorted in clusters of [`BLOCK`].
     pub(crate) fn lights(&self, count: usize) -> Vec<(Vec3, Vec3)> {
         let mut random = Pcg::new(3);
         let mut lights = Vec::with_capacity(count);
@@ -237,7 +237,8 @@ fn facing(x: &SurfacePoint, wo: Vec3) -> (Vec3, Vec3) {
     (x.offset_towards(wo), x.ng * 1.0f32.copysign(x.ng.dot(wo)))
 }
 
-/// Sorts such that aligned runs of [`BLOCK`] lights are compact: recursive median splits along the longest axis.
+/// Sorts such that aligned runs of [`BLOCK`] lights are compact: recursive median splits along the
+/// longest axis.
 fn sort_in_clusters(lights: &mut [(Vec3, Vec3)]) {
     if lights.len() < 3 {
         return;

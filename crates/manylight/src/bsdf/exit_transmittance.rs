@@ -4,7 +4,8 @@ use super::models::coat::{self, COSINES};
 use super::models::fresnel;
 use crate::lanes::{Float, One, Width};
 
-/// `b(wo)` of a `DIFFUSE` lobe `f = a(wi) b(wo) / π`, a function of the cosine of `wo` to the shading normal. Virtual lights store it.
+/// `b(wo)` of a `DIFFUSE` lobe `f = a(wi) b(wo) / π`, a function of the cosine of `wo` to the
+/// shading normal. Virtual lights store it.
 #[derive(Clone, Copy, Debug)]
 pub enum ExitTransmittance<'s> {
     /// `b = 1`.

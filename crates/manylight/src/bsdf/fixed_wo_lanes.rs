@@ -22,7 +22,8 @@ use crate::lanes::{
 use crate::math::{Spread, Vec3};
 use crate::simd::{Isa, Portable, Simd, SimdKernel, outlined};
 
-/// Fewest directions for which the preparation of lanes pays. Unmeasured: preparation costs about as much as four single values.
+/// Fewest directions for which the preparation of lanes pays. Unmeasured: preparation costs about
+/// as much as four single values.
 const FEWEST_IN_LANES: usize = 6;
 
 /// The model that all lanes of a [`FixedWoLanes`] share.

@@ -19,14 +19,16 @@ use crate::math::Vec3;
 use crate::simd::Outlined;
 use crate::texture::{ColorInput, Texture};
 
-/// Absolute cosine between shading normal and geometric normal from which they count as equal: rounding of interpolated normals.
+/// Absolute cosine between shading normal and geometric normal from which they count as equal:
+/// rounding of interpolated normals.
 const ALIGNED_COSINE: f32 = 0.9998;
 
 impl Materials {
     /// The scattering function of a material at a point.
     ///
-    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
-    /// smallest weights are left out, and leaves on the same side get their weight.
+    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If
+    /// there are more, the leaves with the smallest weights are left out, and leaves on the same
+    /// side get their weight.
     pub fn bsdf<'s>(
         &'s self,
         id: MaterialId,
@@ -56,7 +58,8 @@ impl Materials {
         x.offset.width().outline(Flatten { at, id })
     }
 
-    /// Reflectance and sides of the most frequent materials: diffuse on one side or on both. A shortcut.
+    /// Reflectance and sides of the most frequent materials: diffuse on one side or on both. A
+    /// shortcut.
     #[inline]
     fn plain_diffuse(&self, id: MaterialId) -> Option<(&ColorInput, Sides)> {
         match &self.descriptions()[id.index()] {
@@ -205,8 +208,8 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
                 inner,
             } => {
                 let normal = self.bumped_normal(*texture, *scale);
-                // As in Mitsuba 3.9.1, the world-space components of dp_du are used as if they were in the shading frame. Only
-                // anisotropic models depend on them.
+                // As in Mitsuba 3.9.1, the world-space components of dp_du are used as if they were
+                // in the shading frame. Only anisotropic models depend on them.
                 Some((*inner, at.tilted(normal, self.at.x.dp_du)))
             }
             Material::NormalMap {
@@ -268,8 +271,9 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
             self.count += 1;
             return;
         }
-        // No space: the leaf with the smallest weight on the same sides and the new one are merged. The heavier model remains, with
-        // the sum of the weights. In lanes, the sum of the lanes decides.
+        // No space: the leaf with the smallest weight on the same sides and the new one are merged.
+        // The heavier model remains, with the sum of the weights. In lanes, the sum of the lanes
+        // decides.
         let rivals = self
             .bsdf
             .leaves
@@ -380,7 +384,8 @@ impl<S: Width> Wrapping<S> {
         }
     }
 
-    /// Within a bump or normal map with this normal in the frame of the wrappers outside. Tilts are concatenated.
+    /// Within a bump or normal map with this normal in the frame of the wrappers outside. Tilts are
+    /// concatenated.
     #[inline(always)]
     fn tilted(self, normal: Vector<S>, tangent: Vector<S>) -> Self {
         let (normal, valid) = normal.try_normalize();
@@ -396,8 +401,8 @@ impl<S: Width> Wrapping<S> {
     }
 }
 
-/// Makes all `DIFFUSE` lobes of the leaves have one exit transmittance `b(wo)` around the shading normal, that of the leaf with the
-/// largest weight. Diffuse lobes of other leaves become `GLOSSY`.
+/// Makes all `DIFFUSE` lobes of the leaves have one exit transmittance `b(wo)` around the shading
+/// normal, that of the leaf with the largest weight. Diffuse lobes of other leaves become `GLOSSY`.
 #[inline(always)]
 fn unify_diffuse<S: Width>(leaves: &mut [Option<Leaf<S>>; MAX_LEAVES]) {
     let Some(first) = &leaves[0] else {
@@ -416,7 +421,8 @@ fn unify_diffuse<S: Width>(leaves: &mut [Option<Leaf<S>>; MAX_LEAVES]) {
         let (Some(leaf), Some(exit)) = (leaf, &exits[i]) else {
             break;
         };
-        // The heaviest leaf with this exit against the heaviest with another; the last of equal ones decides.
+        // The heaviest leaf with this exit against the heaviest with another; the last of equal
+        // ones decides.
         let mut heaviest = leaf.weight.same(0.0);
         let mut is_other = none;
         for (weight, other) in weights.iter().zip(&exits) {

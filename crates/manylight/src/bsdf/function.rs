@@ -1,5 +1,5 @@
-//! The scattering function at a point: its leaves, their values and densities, and upper bounds over cones of directions, for cuts
-//! through a tree of lights.
+//! The scattering function at a point: its leaves, their values and densities, and upper bounds
+//! over cones of directions, for cuts through a tree of lights.
 
 use super::Lobes;
 use super::exit_transmittance::ExitTransmittance;
@@ -18,8 +18,8 @@ use std::f32::consts::FRAC_1_PI;
 /// Most leaves of a material at a point; see [`Materials::bsdf`].
 pub(super) const MAX_LEAVES: usize = 4;
 
-/// The scattering function at a point, or at a point of one material in each lane. It is `Copy`, and borrows only precomputed tables of
-/// the scene.
+/// The scattering function at a point, or at a point of one material in each lane. It is `Copy`,
+/// and borrows only precomputed tables of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'s, S: Width = One> {
     /// Geometric normal.
@@ -28,7 +28,8 @@ pub struct Bsdf<'s, S: Width = One> {
     pub(super) frame: Axes<S>,
     /// The leaves, followed by `None`.
     pub(super) leaves: [Option<Leaf<'s, S>>; MAX_LEAVES],
-    /// Fraction of light that passes straight through masks and null materials, by side: that of the shading normal, the other.
+    /// Fraction of light that passes straight through masks and null materials, by side: that of
+    /// the shading normal, the other.
     pub(super) pass_through: [Float<S>; 2],
     /// Whether any light passes straight through, thin dielectrics included.
     pub(super) is_transparent: bool,
@@ -36,11 +37,13 @@ pub struct Bsdf<'s, S: Width = One> {
     pub(super) transmits: Mask<S>,
     /// The classes of all lobes with positive weight.
     pub(super) classes: Classes<S>,
-    /// The lanes in which photon walks need defensive sampling: some normal in use is not the geometric one.
+    /// The lanes in which photon walks need defensive sampling: some normal in use is not the
+    /// geometric one.
     pub(super) is_defensive: Mask<S>,
 }
 
-/// What next-event estimation needs for given `wi` and `wo`, per lane; black where nothing is scattered.
+/// What next-event estimation needs for given `wi` and `wo`, per lane; black where nothing is
+/// scattered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DirectResponses<S: Width> {
     /// `f |wi·ng|` of the `NON_SPECULAR` lobes.
@@ -51,7 +54,8 @@ pub(crate) struct DirectResponses<S: Width> {
     pub(crate) pdf: Float<S>,
 }
 
-// Compiled once for each instruction set, because every caller would otherwise have a copy of every model.
+// Compiled once for each instruction set, because every caller would otherwise have a copy of every
+// model.
 outlined! {
     fn direct_responses<S: Width>(
         bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>,
@@ -84,23 +88,25 @@ impl<'s> Bsdf<'s> {
         })
     }
 
-    /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the width of the lobe in radians.
+    /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the
+    /// width of the lobe in radians.
     #[inline]
     pub fn glossy_width(&self) -> f32 {
         self.glossy_widths().get()
     }
 
-    /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some lobe transmits, because then light
-    /// from both sides contributes.
+    /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some
+    /// lobe transmits, because then light from both sides contributes.
     #[inline]
     pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
         let (n, is_one_sided) = self.receiving_normals(wo.into());
         is_one_sided.any().then(|| n.into())
     }
 
-    /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading frame. With this definition all
-    /// other formulas use geometric cosines. Whether `wi` and `wo` are on the same side is decided by the shading normal `ns`, as in
-    /// Mitsuba's path tracer. Transmission scales radiance by η².
+    /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading
+    /// frame. With this definition all other formulas use geometric cosines. Whether `wi` and `wo`
+    /// are on the same side is decided by the shading normal `ns`, as in Mitsuba's path tracer.
+    /// Transmission scales radiance by η².
     pub fn f(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         let cos = wi.dot(self.ng.into()).abs();
         if cos == 0.0 {
@@ -142,28 +148,29 @@ impl<'s> Bsdf<'s> {
         self.pdf_wo_local(given, wo, other, lobes.into()).get()
     }
 
-    /// Fraction of light that passes straight through along `w`, as if there were no surface (mask, null, thin dielectric).
-    /// The weights of the lobes contain the opacity.
+    /// Fraction of light that passes straight through along `w`, as if there were no surface (mask,
+    /// null, thin dielectric). The weights of the lobes contain the opacity.
     pub fn transmittance(&self, w: Vec3) -> Rgb {
         self.transmittances(w.into()).map_or(Rgb::BLACK, Rgb::from)
     }
 
-    /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`: incident flux Φ gives the radiant intensity
-    /// `Φ a(wi) b(wo) |wo·ng| / π`.
+    /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`: incident flux Φ
+    /// gives the radiant intensity `Φ a(wi) b(wo) |wo·ng| / π`.
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
         self.diffuse_weights(wi.into()).into()
     }
 
-    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over a cone of `wi`, with directions in the
-    /// shading frame. Infinite for rough dielectrics of index 1.
+    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over a cone of `wi`, with directions in
+    /// the shading frame. Infinite for rough dielectrics of index 1.
     pub(super) fn bound_local(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         self.leaves()
             .map(|leaf| leaf.bound(incident, wo, lobes))
             .sum()
     }
 
-    /// Upper bound of all channels of [`Bsdf::f_cos_wo`] of the `NON_SPECULAR` lobes over the directions `wo` in `cone`. It is found
-    /// from the reciprocity of the models, with the cosine of `wo` to the geometric normal. Infinite for surfaces that transmit.
+    /// Upper bound of all channels of [`Bsdf::f_cos_wo`] of the `NON_SPECULAR` lobes over the
+    /// directions `wo` in `cone`. It is found from the reciprocity of the models, with the cosine
+    /// of `wo` to the geometric normal. Infinite for surfaces that transmit.
     pub fn bound_f_cos_wo(&self, wi: Vec3, cone: &Cone) -> f32 {
         if self.transmits() {
             return f32::INFINITY;
@@ -242,7 +249,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         }
     }
 
-    /// The weight of a leaf in the choice among several: 0 where `lobes` cannot be sampled given the local direction `given`.
+    /// The weight of a leaf in the choice among several: 0 where `lobes` cannot be sampled given
+    /// the local direction `given`.
     #[inline(always)]
     pub(super) fn choice_weight(
         &self,
@@ -254,8 +262,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         can_sample.select(leaf.sampling_weight(given, lobes), 0.0)
     }
 
-    /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`] of all lobes, at the cost of one
-    /// evaluation.
+    /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`]
+    /// of all lobes, at the cost of one evaluation.
     #[inline(always)]
     pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
         direct_responses(self, wi, wo)
@@ -363,7 +371,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         (1.0 - defensive) * pdf + defensive * about_ng
     }
 
-    /// The surface as Lambert's model alone, for the shortcuts of the most frequent material. `None` for other materials.
+    /// The surface as Lambert's model alone, for the shortcuts of the most frequent material.
+    /// `None` for other materials.
     #[inline(always)]
     pub(super) fn plain_lambert(&self, wo: Vector<S>) -> Option<Lambert<S>> {
         self.only_leaf()?.plain_lambert(wo)
@@ -384,7 +393,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         sum
     }
 
-    /// Density of sampling `other` given `given`, both in the shading frame, without defensive sampling.
+    /// Density of sampling `other` given `given`, both in the shading frame, without defensive
+    /// sampling.
     #[inline(always)]
     fn pdf_local(
         &self,
@@ -408,7 +418,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         total.gt(0.0).select(sum / total, 0.0)
     }
 
-    /// `f |wi·ns|` of `lobes` by class, and the density of sampling `wi` given `wo`. Directions in the shading frame.
+    /// `f |wi·ns|` of `lobes` by class, and the density of sampling `wi` given `wo`. Directions in
+    /// the shading frame.
     #[inline(always)]
     pub(super) fn respond_local(
         &self,

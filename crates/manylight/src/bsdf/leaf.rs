@@ -1,4 +1,5 @@
-//! A scattering model with its wrappers: weight, sides, a tilted frame. Directions are in the shading frame of the surface.
+//! A scattering model with its wrappers: weight, sides, a tilted frame. Directions are in the
+//! shading frame of the surface.
 
 use super::incident_cone::IncidentCone;
 use super::lambert::Lambert;
@@ -33,8 +34,8 @@ pub(super) struct Leaf<'s, S: Width> {
     pub tilt: Option<Tilt<S>>,
     /// Sides of the tilted frame.
     pub inner: Sides,
-    /// The lanes in which the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does not have the exit transmittance of the
-    /// material's `DIFFUSE` lobes around the shading normal.
+    /// The lanes in which the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does
+    /// not have the exit transmittance of the material's `DIFFUSE` lobes around the shading normal.
     pub diffuse_is_glossy: Mask<S>,
     /// The classes of the lobes: those of the model, without lanes of weight 0.
     pub lobes: Classes<S>,
@@ -88,12 +89,14 @@ impl<'s, S: Width> Leaf<'s, S> {
         valid & self.lobes.has(lobes)
     }
 
-    /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes` return, given the direction `given`.
+    /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes`
+    /// return, given the direction `given`.
     #[inline(always)]
     pub(super) fn sampling_weight(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let (outer, valid) = self.outer.mirror(given.z);
         let lobes = self.model_lobes(lobes);
-        // The tilted frame may have the direction on its other side. A loop, so that the models are compiled once.
+        // The tilted frame may have the direction on its other side. A loop, so that the models are
+        // compiled once.
         let mut cos = given.z * outer;
         let mut value = cos.same(0.0);
         for _ in 0..if self.tilt.is_some() { 2 } else { 1 } {
@@ -128,7 +131,8 @@ impl<'s, S: Width> Leaf<'s, S> {
         }
     }
 
-    /// `f(wi → wo) |cosθ_i|` by class without the leaf's weight, with the cosine to the normal of the model, and [`Leaf::pdf`] given `wo`.
+    /// `f(wi → wo) |cosθ_i|` by class without the leaf's weight, with the cosine to the normal of
+    /// the model, and [`Leaf::pdf`] given `wo`.
     #[inline(always)]
     pub(super) fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let at = self.in_model(wi, wo);
@@ -163,8 +167,8 @@ impl<'s, S: Width> Leaf<'s, S> {
         })
     }
 
-    /// The factor by which z is multiplied for the model of a leaf without tilt, given a direction with the coordinate `z`, and the
-    /// lanes on a side with scattering.
+    /// The factor by which z is multiplied for the model of a leaf without tilt, given a direction
+    /// with the coordinate `z`, and the lanes on a side with scattering.
     #[inline(always)]
     pub(super) fn side(&self, z: Float<S>) -> (Float<S>, Mask<S>) {
         let (outer, on_outer) = self.outer.mirror(z);
@@ -185,7 +189,8 @@ impl<'s, S: Width> Leaf<'s, S> {
         let (given, other) = (given.scale_z(mirror), other.scale_z(mirror));
         let lobes = self.model_lobes(lobes);
         let n = self.tilt.map_or(given, |tilt| tilt.facing(given));
-        // Given `wi`, either of two frames is sampled. A loop, so that the models are compiled once.
+        // Given `wi`, either of two frames is sampled. A loop, so that the models are compiled
+        // once.
         let both = [
             (n, FACING_FRAME_PROBABILITY),
             (rotate(n), 1.0 - FACING_FRAME_PROBABILITY),
@@ -278,7 +283,8 @@ impl<S: Width> FrameChoice<S> {
         }
     }
 
-    /// Given `wi`, the frame depends on the sampled direction, so each of the two has a positive probability.
+    /// Given `wi`, the frame depends on the sampled direction, so each of the two has a positive
+    /// probability.
     #[inline(always)]
     fn either(tilt: &Tilt<S>, wi: Vector<S>, u: Numbers<S>) -> Self {
         let facing = tilt.facing(wi);
@@ -326,8 +332,8 @@ impl<S: Width> FrameChoice<S> {
 }
 
 impl Leaf<'_, One> {
-    /// Upper bound of all channels of `f(wi → wo) |cosθ_i|` times the projected cosine of `leaving`, over the directions `wo` in that
-    /// cone. It uses the reciprocity of the model.
+    /// Upper bound of all channels of `f(wi → wo) |cosθ_i|` times the projected cosine of
+    /// `leaving`, over the directions `wo` in that cone. It uses the reciprocity of the model.
     pub(super) fn bound_leaving(&self, wi: Vec3, leaving: &IncidentCone, lobes: Lobes) -> f32 {
         let Some(tilt) = self.tilted() else {
             return self.bound(leaving, wi, lobes) * wi.z.abs();
@@ -336,7 +342,8 @@ impl Leaf<'_, One> {
             return 0.0;
         };
         let (wi, leaving) = (mirrored(outer)(wi), leaving.map(mirrored(outer)));
-        // The frame depends on `wo`, so both count. The projected cosine is not to either tilted normal.
+        // The frame depends on `wo`, so both count. The projected cosine is not to either tilted
+        // normal.
         let leaving = IncidentCone {
             projected: Some(leaving.projected.unwrap_or(1.0)),
             ..leaving
@@ -356,7 +363,8 @@ impl Leaf<'_, One> {
         within(tilt.normal()).max(within(tilt.rotated()))
     }
 
-    /// Upper bound of all channels of the values over a cone of `wi`, without the shadowing of tilts.
+    /// Upper bound of all channels of the values over a cone of `wi`, without the shadowing of
+    /// tilts.
     pub(super) fn bound(&self, incident: &IncidentCone, mut wo: Vec3, lobes: Lobes) -> f32 {
         let Some(outer) = mirror(self.outer, wo.z) else {
             return 0.0;

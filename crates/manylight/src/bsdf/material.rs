@@ -1,5 +1,6 @@
-//! Materials as a scene file describes them: scattering models with textured parameters, and wrappers. At a point, a material is a
-//! [`Bsdf`](super::Bsdf). Names and meanings are those of Mitsuba 3's plugins.
+//! Materials as a scene file describes them: scattering models with textured parameters, and
+//! wrappers. At a point, a material is a [`Bsdf`](super::Bsdf). Names and meanings are those of
+//! Mitsuba 3's plugins.
 
 use crate::color::Rgb;
 use crate::ids::{MaterialId, TextureId};
@@ -39,7 +40,8 @@ pub enum Material {
         reflectance: ColorInput,
         /// Roughness: √2 times the standard deviation σ of the slopes.
         alpha: FloatInput,
-        /// The full model with interreflection (0.x `useFastApprox = false`) instead of the qualitative one.
+        /// The full model with interreflection (0.x `useFastApprox = false`) instead of the
+        /// qualitative one.
         full: bool,
     },
     /// Lambertian transmission in both directions.
@@ -278,13 +280,14 @@ impl Material {
     }
 }
 
-/// The tangent-space direction of the second component of a normal map. The first one is that of dp_du.
+/// The tangent-space direction of the second component of a normal map. The first one is that of
+/// dp_du.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bitangent {
     /// n x s for the tangent s, as in Mitsuba, on mirrored texture coordinates too.
     RightHanded,
-    /// The side to which v decreases, as in MikkTSpace with v = 1 at the top. Where v = 0 is the top row and texture coordinates are not
-    /// mirrored, this is n x s too.
+    /// The side to which v decreases, as in MikkTSpace with v = 1 at the top. Where v = 0 is the
+    /// top row and texture coordinates are not mirrored, this is n x s too.
     AgainstV,
 }
 
@@ -311,7 +314,8 @@ pub struct PrincipledMaterial {
     pub anisotropic: FloatInput,
     pub metallic: FloatInput,
     pub spec_trans: FloatInput,
-    /// Interior over exterior index of refraction. Loaders compute it from `specular` if the file gives that instead.
+    /// Interior over exterior index of refraction. Loaders compute it from `specular` if the file
+    /// gives that instead.
     pub eta: f32,
     pub spec_tint: FloatInput,
     pub sheen: FloatInput,
@@ -319,10 +323,11 @@ pub struct PrincipledMaterial {
     pub flatness: FloatInput,
     pub clearcoat: FloatInput,
     pub clearcoat_gloss: FloatInput,
-    /// Whether the diffuse lobe is that of glTF 2.0 (appendix B) instead of Burley's: Lambertian, and weighted by one minus the
-    /// reflectance of the dielectric interface.
+    /// Whether the diffuse lobe is that of glTF 2.0 (appendix B) instead of Burley's: Lambertian,
+    /// and weighted by one minus the reflectance of the dielectric interface.
     pub layered: bool,
-    /// Relative probability of sampling the diffuse lobe. The two rates below are those of the main interface and of the clear coat.
+    /// Relative probability of sampling the diffuse lobe. The two rates below are those of the main
+    /// interface and of the clear coat.
     pub diffuse_reflectance_sampling_rate: f32,
     pub main_specular_sampling_rate: f32,
     pub clearcoat_sampling_rate: f32,

@@ -18,7 +18,8 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Precomputes the tables. Material ids must be valid and free of cycles; `Scene::build` checks this.
+    /// Precomputes the tables. Material ids must be valid and free of cycles; `Scene::build` checks
+    /// this.
     pub fn new(materials: Vec<Material>) -> Self {
         let mut coats: Vec<CoatParameters> = Vec::new();
         let mut indices = HashMap::new();
@@ -68,7 +69,8 @@ impl Materials {
         }
     }
 
-    /// The opacity of a material that transmits light straight through by this opacity only; `None` for other materials.
+    /// The opacity of a material that transmits light straight through by this opacity only; `None`
+    /// for other materials.
     #[inline]
     pub fn cut_out(&self, id: MaterialId) -> Option<&FloatInput> {
         match &self.materials[id.index()] {

@@ -1,13 +1,17 @@
-//! Scattering at surfaces. [`Material`] is the description in a scene file, [`Bsdf`] the scattering function at one point.
+//! Scattering at surfaces. [`Material`] is the description in a scene file, [`Bsdf`] the scattering
+//! function at one point.
 //!
-//! Directions are physical: light arrives from `wi` and leaves along `wo`. Both are unit vectors that point away from the surface.
-//! A camera walk has `wo` and samples `wi`; a photon walk has `wi` and samples `wo`.
+//! Directions are physical: light arrives from `wi` and leaves along `wo`. Both are unit vectors
+//! that point away from the surface. A camera walk has `wo` and samples `wi`; a photon walk has
+//! `wi` and samples `wo`.
 //!
-//! Each lobe belongs to a class of [`Lobes`], and functions take the set of classes to consider: the path partition
-//! (docs/path_partition.md) is by the class of scattering events, and one surface may have lobes of several classes.
+//! Each lobe belongs to a class of [`Lobes`], and functions take the set of classes to consider:
+//! the path partition (docs/path_partition.md) is by the class of scattering events, and one
+//! surface may have lobes of several classes.
 //!
-//! A [`Bsdf`] is a weighted list of leaves (`leaf.rs`), each a scattering model (`models/`) with the sides and the tilted frame of
-//! its wrappers. [`Materials`] makes it from the material tree (`flatten.rs`).
+//! A [`Bsdf`] is a weighted list of leaves (`leaf.rs`), each a scattering model (`models/`) with
+//! the sides and the tilted frame of its wrappers. [`Materials`] makes it from the material tree
+//! (`flatten.rs`).
 
 mod exit_transmittance;
 mod fixed_wi;

@@ -30,13 +30,16 @@ impl From<BsdfNumbers> for Numbers<One> {
 pub struct BsdfSample {
     /// The sampled unit direction: `wi` of [`Bsdf::sample_wi`], `wo` of [`Bsdf::sample_wo`].
     pub w: Vec3,
-    /// `f |cos| / pdf`, with the geometric cosine of the sampled direction; for delta lobes the limit of that.
+    /// `f |cos| / pdf`, with the geometric cosine of the sampled direction; for delta lobes the
+    /// limit of that.
     pub weight: Rgb,
-    /// Density per solid angle of all requested lobes ([`Bsdf::pdf_wi`], [`Bsdf::pdf_wo`]); 0 for delta lobes.
+    /// Density per solid angle of all requested lobes ([`Bsdf::pdf_wi`], [`Bsdf::pdf_wo`]); 0 for
+    /// delta lobes.
     pub pdf: f32,
     /// The class of the sampled lobe (one bit).
     pub lobe: Lobes,
-    /// Index of refraction on the far side over that on the near side; 1 for reflection. For Russian roulette.
+    /// Index of refraction on the far side over that on the near side; 1 for reflection. For
+    /// Russian roulette.
     pub eta: f32,
 }
 

@@ -14,8 +14,8 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::rng;
 use crate::simd::outlined;
 
-/// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with tilted shading normals by about
-/// 1 / 0.5 = 2. Not measured.
+/// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with
+/// tilted shading normals by about 1 / 0.5 = 2. Not measured.
 pub(super) const MAX_DEFENSIVE_PROBABILITY: f32 = 0.5;
 
 /// Steps of a three-dimensional additive recurrence, by powers of a generalized golden ratio.
@@ -53,7 +53,8 @@ struct LeafSample<S: Width> {
     weight: Float<S>,
 }
 
-// Compiled once for each instruction set, because every caller would otherwise have a copy of every model.
+// Compiled once for each instruction set, because every caller would otherwise have a copy of every
+// model.
 outlined! {
     fn sample_wi<S: Width>(
         bsdf: &Bsdf<'_, S>, wo: Vector<S>, u: Numbers<S>, lobes: Lobes,
@@ -67,20 +68,23 @@ outlined! {
 impl Bsdf<'_> {
     /// Samples `wi` for a camera walk that arrives along `-wo`. `None` if the walk is absorbed.
     ///
-    /// If `lobes` contains several finite classes, the class of the event is chosen in proportion to the luminance of each class in
-    /// the sampled direction. `weight` is that of the chosen class, divided by the probability of the choice. So the sum over
-    /// the events of one class is an estimate of that class.
+    /// If `lobes` contains several finite classes, the class of the event is chosen in proportion
+    /// to the luminance of each class in the sampled direction. `weight` is that of the chosen
+    /// class, divided by the probability of the choice. So the sum over the events of one class is
+    /// an estimate of that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
         self.sample_each_wi(wo.into(), u.into(), lobes).get()
     }
 
-    /// Samples `wo` for a photon that arrives from `wi`. `None` if it is absorbed. Classes as in [`Bsdf::sample_wi`].
+    /// Samples `wo` for a photon that arrives from `wi`. `None` if it is absorbed. Classes as in
+    /// [`Bsdf::sample_wi`].
     pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
         self.sample_each_wo(wi.into(), u.into(), lobes).get()
     }
 
-    /// Fraction of flux from `wi` that `lobes` scatter (delta lobes included, straight-through transmission not). In closed form for
-    /// Lambert's model, else by deterministic quadrature over [`Bsdf::sample_wo`] with an error of about one percent.
+    /// Fraction of flux from `wi` that `lobes` scatter (delta lobes included, straight-through
+    /// transmission not). In closed form for Lambert's model, else by deterministic quadrature over
+    /// [`Bsdf::sample_wo`] with an error of about one percent.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
         if self.lobes().and(lobes) == Lobes::DIFFUSE
             && matches!(self.exit_transmittance(), ExitTransmittance::Lambert)
@@ -217,8 +221,8 @@ impl<S: Width> Bsdf<'_, S> {
         chosen
     }
 
-    /// Probability with which [`Bsdf::sample_wo`] samples the cosine to the geometric normal: [`MAX_DEFENSIVE_PROBABILITY`] times the
-    /// share of the light that non-specular lobes return.
+    /// Probability with which [`Bsdf::sample_wo`] samples the cosine to the geometric normal:
+    /// [`MAX_DEFENSIVE_PROBABILITY`] times the share of the light that non-specular lobes return.
     #[inline(always)]
     pub(super) fn defensive_probability(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let zero = Float::splat(self.width(), 0.0);
@@ -238,7 +242,8 @@ impl<S: Width> Bsdf<'_, S> {
         (defends & all.gt(0.0)).select(share, 0.0)
     }
 
-    /// Samples a direction `wi` given `wo` in the shading frame. Finite directions have the density [`Bsdf::pdf_wi`].
+    /// Samples a direction `wi` given `wo` in the shading frame. Finite directions have the density
+    /// [`Bsdf::pdf_wi`].
     #[inline(always)]
     pub(super) fn draw_wi(&self, local: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> Drawn<S> {
         let LeafSample {
@@ -246,7 +251,8 @@ impl<S: Width> Bsdf<'_, S> {
             share,
             weight,
         } = self.sample_leaf(Given::Wo, local, u, lobes);
-        // Transmission scales radiance by the squared index of its own side over that of the side it comes from.
+        // Transmission scales radiance by the squared index of its own side over that of the side
+        // it comes from.
         let scale = weight / (share * sample.probability * sample.eta * sample.eta);
         Drawn {
             w: self.frame.to_world(sample.w),
@@ -258,8 +264,8 @@ impl<S: Width> Bsdf<'_, S> {
         }
     }
 
-    /// Samples a direction `wo` given `wi` in world space and in the shading frame (`local`). Finite directions have the density
-    /// [`Bsdf::pdf_wo`].
+    /// Samples a direction `wo` given `wi` in world space and in the shading frame (`local`).
+    /// Finite directions have the density [`Bsdf::pdf_wo`].
     #[inline(always)]
     pub(super) fn draw_wo(
         &self,
@@ -302,11 +308,13 @@ impl<S: Width> Bsdf<'_, S> {
         }
     }
 
-    /// A direction `wo` of reflection, cosine-distributed around the geometric normal; this bounds the weight `|wo·ng| / pdf`.
+    /// A direction `wo` of reflection, cosine-distributed around the geometric normal; this bounds
+    /// the weight `|wo·ng| / pdf`.
     #[inline(always)]
     fn draw_defensive(&self, local: Vector<S>, u: Numbers<S>) -> Vector<S> {
         let w = Axes::from_normal(self.ng).to_world(cosine_hemisphere(u.direction));
-        // The shading normal decides the side of reflection. Of two opposite directions exactly one is on that side.
+        // The shading normal decides the side of reflection. Of two opposite directions exactly one
+        // is on that side.
         let same_side = (w.dot(self.frame.n) * local.z).gt(0.0);
         w * same_side.select(1.0, -1.0)
     }
@@ -371,8 +379,8 @@ fn choose_class<S: Width>(values: &ByClass<S>, u: Numbers<S>) -> (Color<S>, Word
     (value, takes_d.select_words(word(Lobes::DIFFUSE), lobe))
 }
 
-/// A number for the choice of a class, independent of the direction: hashed from all digits of `u`, because the direction depends
-/// on the leading ones.
+/// A number for the choice of a class, independent of the direction: hashed from all digits of `u`,
+/// because the direction depends on the leading ones.
 #[inline(always)]
 fn class_number<S: Width>(u: Numbers<S>) -> Float<S> {
     let (lobe, x, y) = (u.lobe.store(), u.direction.x.store(), u.direction.y.store());

@@ -1,8 +1,10 @@
-//! The contract of all scattering models, and its functions as code that is compiled once for each model and instruction set.
+//! The contract of all scattering models, and its functions as code that is compiled once for each
+//! model and instruction set.
 //!
-//! Models work in a local frame with the normal as z axis, and are written in lanes: for one point or for sixteen. `respond` is
-//! `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over a cone of `wi`. `sample` and `pdf` take the given direction, `wi`
-//! or `wo`: sampling is the same for both, because visible half vectors depend on one direction only.
+//! Models work in a local frame with the normal as z axis, and are written in lanes: for one point
+//! or for sixteen. `respond` is `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over
+//! a cone of `wi`. `sample` and `pdf` take the given direction, `wi` or `wo`: sampling is the same
+//! for both, because visible half vectors depend on one direction only.
 
 use super::incident_cone::IncidentCone;
 use super::lobes::{Classes, Lobes};
@@ -17,18 +19,20 @@ pub(super) trait ScatteringModel<S: Width> {
     /// The classes of the lobes.
     fn lobes(&self) -> Classes<S>;
 
-    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
-    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It
+    /// decides how often the model is sampled beside others. Positive wherever `sample` or
+    /// `respond` give light, as far as one cosine tells.
     fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S>;
 
-    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`. Delta lobes have
-    /// neither.
+    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling
+    /// `wi` given `wo` from `lobes`. Delta lobes have neither.
     #[inline(always)]
     fn respond(&self, wi: Vector<S>, _: Vector<S>, _: Classes<S>) -> Response<S> {
         Response::none(wi.z.width())
     }
 
-    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite lobes.
+    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite
+    /// lobes.
     #[inline(always)]
     fn pdf(&self, given: Vector<S>, _: Vector<S>, _: Classes<S>) -> Float<S> {
         given.z.same(0.0)
@@ -43,7 +47,8 @@ pub(super) trait ScatteringModel<S: Width> {
         Mask::splat(self.lobes().glossy.width(), false)
     }
 
-    /// Smallest roughness alpha of the lobes that are `GLOSSY` or `NEAR_DELTA`; 1 without such lobes.
+    /// Smallest roughness alpha of the lobes that are `GLOSSY` or `NEAR_DELTA`; 1 without such
+    /// lobes.
     #[inline(always)]
     fn alpha(&self) -> Float<S> {
         Float::splat(self.lobes().glossy.width(), 1.0)
@@ -58,7 +63,8 @@ pub(super) trait ScatteringModel<S: Width> {
 
 /// The upper bounds of a scattering model, for cuts through a tree of lights.
 pub(super) trait ModelBound: ScatteringModel<One> {
-    /// Upper bound of all channels of the values over a cone of `wi`. 0 for models with delta lobes alone.
+    /// Upper bound of all channels of the values over a cone of `wi`. 0 for models with delta lobes
+    /// alone.
     fn bound(&self, _: &IncidentCone, _: Vec3, _: Lobes) -> f32 {
         0.0
     }

@@ -16,8 +16,8 @@ pub(super) enum Sides {
 }
 
 impl Sides {
-    /// The factor by which z is multiplied for the model, given a direction with the coordinate `z`, and the lanes on a side with
-    /// scattering.
+    /// The factor by which z is multiplied for the model, given a direction with the coordinate
+    /// `z`, and the lanes on a side with scattering.
     #[inline(always)]
     pub(super) fn mirror<S: Width>(self, z: Float<S>) -> (Float<S>, Mask<S>) {
         let everywhere = Mask::splat(z.width(), true);

@@ -5,21 +5,25 @@ use crate::math::Vec3;
 
 /// A normal tilted by a bump or normal map, in the shading frame.
 ///
-/// If the tilted normal faces away from the viewer, it is rotated around the original one by 180 degrees (Schüssler et al.,
-/// "Microfacet-based Normal Mapping", 2017). So the tilted frame depends on `wo`. Incident light is attenuated towards the horizon
-/// (Conty Estevez et al., "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", 2019). Both as in Mitsuba 3.
+/// If the tilted normal faces away from the viewer, it is rotated around the original one by 180
+/// degrees (Schüssler et al., "Microfacet-based Normal Mapping", 2017). So the tilted frame depends
+/// on `wo`. Incident light is attenuated towards the horizon (Conty Estevez et al., "A
+/// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", 2019). Both as in
+/// Mitsuba 3.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tilt<S: Width> {
     /// Unit vector.
     normal: Vector<S>,
     /// Its projection is the x axis of the tilted frame.
     tangent: Vector<S>,
-    /// The lanes in which the normal is not the shading normal. In the others, the frame is the shading frame.
+    /// The lanes in which the normal is not the shading normal. In the others, the frame is the
+    /// shading frame.
     pub(super) is_tilted: Mask<S>,
 }
 
-/// Probability with which a photon walk samples in the frame that faces `wi`, instead of the rotated one. The frame depends on `wo`, which
-/// is not known before sampling. Not measured: `wo` mostly sees the frame that faces `wi`.
+/// Probability with which a photon walk samples in the frame that faces `wi`, instead of the
+/// rotated one. The frame depends on `wo`, which is not known before sampling. Not measured: `wo`
+/// mostly sees the frame that faces `wi`.
 pub(super) const FACING_FRAME_PROBABILITY: f32 = 0.75;
 
 impl<S: Width> Tilt<S> {

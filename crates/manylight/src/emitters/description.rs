@@ -72,7 +72,8 @@ pub enum SpotFalloff {
     LinearAngle,
     /// 3t² - 2t³ for a t that is linear in the cosine, as in Blender.
     SmoothCosine,
-    /// 1/cos³θ up to the cutoff, whatever the beam: an equal irradiance on planes across the axis, as of Mitsuba's `projector`.
+    /// 1/cos³θ up to the cutoff, whatever the beam: an equal irradiance on planes across the axis,
+    /// as of Mitsuba's `projector`.
     FlatIrradiance,
 }
 
@@ -83,14 +84,16 @@ pub struct ProjectorTexture {
     pub texture: TextureId,
     /// Unit directions perpendicular to the axis along which u and v grow.
     pub axes: [Vec3; 2],
-    /// Half the extents, along both axes, of the rectangle on the plane at distance 1 that the texture's unit square fills; no light passes
-    /// beside it. `None`: the square around the cross-section of the cone, all of the cone being lit.
+    /// Half the extents, along both axes, of the rectangle on the plane at distance 1 that the
+    /// texture's unit square fills; no light passes beside it. `None`: the square around the
+    /// cross-section of the cone, all of the cone being lit.
     pub window: Option<Vec2>,
 }
 
-/// An environment map in latitude-longitude form, as in Mitsuba's `envmap`. For a direction `d` in the emitter's frame (y up)
-/// `u = atan2(d.x, -d.z) / 2π` and `v = acos(d.y) / π`. Lookup is bilinear. Column centers lie at half-integers of `u · width`,
-/// and columns wrap around. Row 0 lies at v = 0 (the pole +y), the last row at v = 1.
+/// An environment map in latitude-longitude form, as in Mitsuba's `envmap`. For a direction `d` in
+/// the emitter's frame (y up) `u = atan2(d.x, -d.z) / 2π` and `v = acos(d.y) / π`. Lookup is
+/// bilinear. Column centers lie at half-integers of `u · width`, and columns wrap around. Row 0
+/// lies at v = 0 (the pole +y), the last row at v = 1.
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// Linear RGB radiance.

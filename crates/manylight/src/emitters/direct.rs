@@ -1,5 +1,5 @@
-//! Next-event estimation: sampling of emitters from a point, and the densities and radiance of what a walk finds. In lanes; single
-//! samples are those with one lane.
+//! Next-event estimation: sampling of emitters from a point, and the densities and radiance of what
+//! a walk finds. In lanes; single samples are those with one lane.
 
 use super::Emitters;
 use super::description::Emitter;
@@ -15,9 +15,10 @@ use crate::math::{Vec2, Vec3};
 use crate::simd::set_bits;
 use crate::texture::{ColorInput, Texture};
 
-/// Fraction of the samples of infinite lights that are guided, where there is a guide. Measured at 0.5, 0.75 and 0.9, over 4 passes of
-/// an interior lit through its windows: the variance of direct light is 0.0191, 0.0182 and 0.0177 of relMSE, and 0.0251 if half
-/// of the directions are guided instead. In a second interior it is 0.0045, 0.0046, 0.0050, and 0.0045.
+/// Fraction of the samples of infinite lights that are guided, where there is a guide. Measured at
+/// 0.5, 0.75 and 0.9, over 4 passes of an interior lit through its windows: the variance of direct
+/// light is 0.0191, 0.0182 and 0.0177 of relMSE, and 0.0251 if half of the directions are guided
+/// instead. In a second interior it is 0.0045, 0.0046, 0.0050, and 0.0045.
 const GUIDED_FRACTION: f32 = 0.75;
 
 /// A direction from a point towards an emitter.
@@ -25,13 +26,15 @@ const GUIDED_FRACTION: f32 = 0.75;
 pub struct DirectSample {
     /// Unit direction towards the emitter.
     pub wi: Vec3,
-    /// End of the shadow ray: the point on the emitter, moved off its surface; for infinite lights a point outside of the scene.
+    /// End of the shadow ray: the point on the emitter, moved off its surface; for infinite lights
+    /// a point outside of the scene.
     pub target: Vec3,
-    /// Radiance over pdf per solid angle (including the choice of the emitter); for points, spots and parallel light the limit
-    /// of that, irradiance on a plane perpendicular to `wi` over the probability of the choice.
+    /// Radiance over pdf per solid angle (including the choice of the emitter); for points, spots
+    /// and parallel light the limit of that, irradiance on a plane perpendicular to `wi` over the
+    /// probability of the choice.
     pub weight: Rgb,
-    /// Density per solid angle, including the choice of the emitter; 0 for points, spots and parallel light, which BSDF sampling
-    /// cannot find.
+    /// Density per solid angle, including the choice of the emitter; 0 for points, spots and
+    /// parallel light, which BSDF sampling cannot find.
     pub pdf: f32,
 }
 
@@ -51,12 +54,14 @@ pub struct DirectSamples<S: Width> {
 pub type LobesOfLanes<'a, S> = Option<&'a <S as Width>::Each<Option<&'a EnvironmentLobes>>>;
 
 impl Emitters {
-    /// A direction towards an emitter for the receiving point `p` with the geometric normal `n`; `None` as a normal stands for
-    /// receivers of light from all directions. Elements are chosen by the emitter tree. Directions to the environment are from a mixture
-    /// with the density of `lobes`, if given. The numbers `u_choice` and `u` are uniform in [0, 1).
+    /// A direction towards an emitter for the receiving point `p` with the geometric normal `n`;
+    /// `None` as a normal stands for receivers of light from all directions. Elements are chosen by
+    /// the emitter tree. Directions to the environment are from a mixture with the density of
+    /// `lobes`, if given. The numbers `u_choice` and `u` are uniform in [0, 1).
     ///
-    /// Visibility is not included. The result is `None` if no light arrives (behind the emitter, zero radiance). Directions below
-    /// `n` have a low but positive probability, because shading normals may face them.
+    /// Visibility is not included. The result is `None` if no light arrives (behind the emitter,
+    /// zero radiance). Directions below `n` have a low but positive probability, because shading
+    /// normals may face them.
     pub fn sample(
         &self,
         geometry: &Geometry,
@@ -71,8 +76,9 @@ impl Emitters {
         DirectSample::of(&self.sample_lanes(geometry, textures, &receiver, numbers, lobes, lanes))
     }
 
-    /// Radiance of the environment from the unit direction `wi` (pointing away from the scene), and the density per solid angle
-    /// of sampling that direction with [`Emitters::sample`] for a receiver with normal `n`, given the same `lobes`.
+    /// Radiance of the environment from the unit direction `wi` (pointing away from the scene), and
+    /// the density per solid angle of sampling that direction with [`Emitters::sample`] for a
+    /// receiver with normal `n`, given the same `lobes`.
     #[inline]
     pub fn environment(
         &self,
@@ -85,14 +91,16 @@ impl Emitters {
         (radiance.into(), pdf.get())
     }
 
-    /// Density per solid angle of sampling the point `y` of an area emitter with [`Emitters::sample`] from (`p`, `n`).
+    /// Density per solid angle of sampling the point `y` of an area emitter with
+    /// [`Emitters::sample`] from (`p`, `n`).
     pub fn pdf_direct(&self, p: Vec3, n: Option<Vec3>, y: &SurfacePoint) -> f32 {
         let (receiver, y) = (Receivers::from((p, n)), SurfacePoints::from(y));
         let lanes = Mask::splat(One, true);
         self.pdf_direct_lanes(&receiver, &y, lanes).get()
     }
 
-    /// Directions towards emitters in the lanes of `lanes`, as [`Emitters::sample`] finds them with the numbers `u_choice` and `u`.
+    /// Directions towards emitters in the lanes of `lanes`, as [`Emitters::sample`] finds them with
+    /// the numbers `u_choice` and `u`.
     #[inline(always)]
     pub fn sample_lanes<S: Width>(
         &self,
@@ -245,7 +253,8 @@ impl Emitters {
         (radiance, self.environment_pdf(wi, pdf, lobes))
     }
 
-    /// Density of sampling the directions `wi` in 1/sr, where infinite lights without lobes have the density `pdf`.
+    /// Density of sampling the directions `wi` in 1/sr, where infinite lights without lobes have
+    /// the density `pdf`.
     #[inline(always)]
     fn environment_pdf<S: Width>(
         &self,
@@ -273,7 +282,8 @@ impl Emitters {
         has_lobes.select(guided, pdf) * self.infinite_probability
     }
 
-    /// [`Emitters::pdf_direct`] in lanes; 0 in lanes outside of `lanes`, and where `y` does not emit.
+    /// [`Emitters::pdf_direct`] in lanes; 0 in lanes outside of `lanes`, and where `y` does not
+    /// emit.
     #[inline(always)]
     pub fn pdf_direct_lanes<S: Width>(
         &self,

@@ -18,11 +18,13 @@ use std::f32::consts::PI;
 pub struct EmissionNumbers {
     /// Choice of the emitter.
     pub emitter: f32,
-    /// Position on the emitter; for infinite lights on the disc through which their rays enter the scene.
+    /// Position on the emitter; for infinite lights on the disc through which their rays enter the
+    /// scene.
     pub position: Vec2,
     /// Direction.
     pub direction: Vec2,
-    /// Choice of the element of an area emitter; for infinite lights choice between guided and unguided emission.
+    /// Choice of the element of an area emitter; for infinite lights choice between guided and
+    /// unguided emission.
     pub element: f32,
 }
 
@@ -31,18 +33,19 @@ pub struct EmissionNumbers {
 pub struct EmissionSample {
     /// The photon's ray; the origin is moved off the emitter's surface.
     pub ray: Ray,
-    /// Emitted flux over the probability density of the sample (including the choice of the emitter), in W. Divided by the
-    /// number of emitted photons it is the flux of the photon.
+    /// Emitted flux over the probability density of the sample (including the choice of the
+    /// emitter), in W. Divided by the number of emitted photons it is the flux of the photon.
     pub flux: Rgb,
     /// The emitter.
     pub emitter: EmitterId,
-    /// The emitting point of an area emitter; `None` for points, spots and infinite lights. Light tracing connects it to the
-    /// camera.
+    /// The emitting point of an area emitter; `None` for points, spots and infinite lights. Light
+    /// tracing connects it to the camera.
     pub surface: Option<SurfacePoint>,
 }
 
-/// Densities for the emission of photons by infinite lights that are concentrated on the visible part of the scene.
-/// A guide changes densities only: the expected value of every estimate stays the same.
+/// Densities for the emission of photons by infinite lights that are concentrated on the visible
+/// part of the scene. A guide changes densities only: the expected value of every estimate stays
+/// the same.
 ///
 /// The default guide is unguided emission.
 #[derive(Debug, Default)]
@@ -51,18 +54,19 @@ pub struct EmissionGuide(Option<GuidedEmission>);
 #[derive(Debug)]
 struct GuidedEmission {
     guides: InfiniteLightGuides,
-    /// Choice of an emitter. Infinite lights are chosen in proportion to power over gain of their guide: guided photons have less
-    /// flux by that factor.
+    /// Choice of an emitter. Infinite lights are chosen in proportion to power over gain of their
+    /// guide: guided photons have less flux by that factor.
     choice: Option<Alias>,
 }
 
 impl EmissionGuide {
-    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start along the camera's `rays` and
-    /// sample the infinite lights at each of their vertices. Without a guide, few photons of the sun or sky reach an interior
-    /// through its windows. The walks pass through the surfaces for which `see_through` is true: glass in windows.
+    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start
+    /// along the camera's `rays` and sample the infinite lights at each of their vertices. Without
+    /// a guide, few photons of the sun or sky reach an interior through its windows. The walks pass
+    /// through the surfaces for which `see_through` is true: glass in windows.
     ///
-    /// The same rays give the same guide, for any number of threads. Without infinite lights the guide is the default one, and
-    /// `rays` is not called.
+    /// The same rays give the same guide, for any number of threads. Without infinite lights the
+    /// guide is the default one, and `rays` is not called.
     pub fn new(
         emitters: &Emitters,
         geometry: &Geometry,
@@ -90,8 +94,8 @@ impl EmissionGuide {
         EmissionGuide(Some(GuidedEmission { guides, choice }))
     }
 
-    /// Emits a photon: chooses an emitter by power, for infinite lights by this guide, then a position and a direction. `None` if
-    /// the sample has no flux.
+    /// Emits a photon: chooses an emitter by power, for infinite lights by this guide, then a
+    /// position and a direction. `None` if the sample has no flux.
     pub fn sample(
         &self,
         emitters: &Emitters,
@@ -151,7 +155,8 @@ impl EmissionGuide {
     }
 }
 
-/// Ray, flux before division by the probability of the emitter, and emitting point of a photon of an area emitter.
+/// Ray, flux before division by the probability of the emitter, and emitting point of a photon of
+/// an area emitter.
 fn emit_from_surface(
     emitters: &Emitters,
     (geometry, textures): (&Geometry, &[Texture]),
@@ -165,8 +170,9 @@ fn emit_from_surface(
     if radiance.is_black() {
         return None;
     }
-    // Light leaves on the side of the shading normal, in proportion to the geometric cosine. Of two opposite directions
-    // exactly one is on that side, so a cosine-distributed direction on the other side is reversed.
+    // Light leaves on the side of the shading normal, in proportion to the geometric cosine. Of two
+    // opposite directions exactly one is on that side, so a cosine-distributed direction on the
+    // other side is reversed.
     let w = Frame::from_normal(y.ng)
         .to_world(warp::cosine_hemisphere(u.direction))
         .normalize();

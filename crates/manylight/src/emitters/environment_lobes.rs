@@ -1,7 +1,8 @@
 //! Density of directions to the environment at a point, from photons that arrive around it.
 //!
-//! Few directions to the sky lead through a small window. Photons from the environment have found such directions.
-//! Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here with von Mises-Fisher lobes.
+//! Few directions to the sky lead through a small window. Photons from the environment have found
+//! such directions. Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR
+//! 1995; here with von Mises-Fisher lobes.
 
 use crate::lanes::{Float, LANES, Mask, Vector, Width};
 use crate::math::{Frame, Vec2, Vec3};
@@ -15,8 +16,8 @@ const MIN_PHOTONS: usize = 4;
 /// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Unmeasured.
 const VARIANCE: [f32; 2] = [4e-4, 0.25];
 
-/// A density over directions to the environment: a mixture of von Mises-Fisher lobes of equal weight and concentration, one for
-/// each photon.
+/// A density over directions to the environment: a mixture of von Mises-Fisher lobes of equal
+/// weight and concentration, one for each photon.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLobes {
     /// Unit axes; indices: component, lobe.
@@ -28,7 +29,8 @@ pub struct EnvironmentLobes {
 }
 
 impl EnvironmentLobes {
-    /// Of photons by their unit directions to the environment, at most [`MAX_ENVIRONMENT_LOBES`]; `None` for fewer than 4.
+    /// Of photons by their unit directions to the environment, at most [`MAX_ENVIRONMENT_LOBES`];
+    /// `None` for fewer than 4.
     pub fn new(directions: impl Iterator<Item = Vec3>) -> Option<Self> {
         let mut lobes = EnvironmentLobes {
             axes: [[0.0; MAX_ENVIRONMENT_LOBES]; 3],
@@ -55,7 +57,8 @@ impl EnvironmentLobes {
         Some(lobes)
     }
 
-    /// Samples a unit direction with the density [`EnvironmentLobes::pdf`]; `u_lobe` and `u` are uniform in [0, 1).
+    /// Samples a unit direction with the density [`EnvironmentLobes::pdf`]; `u_lobe` and `u` are
+    /// uniform in [0, 1).
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Vec3 {
         let lobe = ((u_lobe * self.count as f32) as usize).min(self.count - 1);
         Frame::from_normal(self.axes.map(|axes| axes[lobe]).into())

@@ -1,12 +1,14 @@
-//! Emitters: the light sources of a scene ("light" alone is reserved for virtual lights in this project).
+//! Emitters: the light sources of a scene ("light" alone is reserved for virtual lights in this
+//! project).
 //!
 //! Three questions are answered:
 //! * emit a photon: [`EmissionGuide::sample`] (`emission.rs`);
 //! * sample an emitter from a point: [`Emitters::sample`] (`direct.rs`);
 //! * a ray hits an emitter: [`Emitters::radiance`], or leaves the scene: [`Emitters::environment`].
 //!
-//! Emitters with a position are divided into elements (`elements/`), from which `emitter_tree/` chooses for a receiver. Parallel
-//! light and environments are infinite lights (`infinite/`), with guides for their photons.
+//! Emitters with a position are divided into elements (`elements/`), from which `emitter_tree/`
+//! chooses for a receiver. Parallel light and environments are infinite lights (`infinite/`), with
+//! guides for their photons.
 
 mod description;
 mod direct;
@@ -53,14 +55,14 @@ pub struct Emitters {
     infinite_probability: f32,
 }
 
-/// Smallest probability of sampling infinite lights, and of sampling the other emitters, in scenes with both. Powers do not tell
-/// how much light of each arrives at a receiver. Not measured: a larger value is safer where the powers mislead, and noisier where
-/// they do not.
+/// Smallest probability of sampling infinite lights, and of sampling the other emitters, in scenes
+/// with both. Powers do not tell how much light of each arrives at a receiver. Not measured: a
+/// larger value is safer where the powers mislead, and noisier where they do not.
 const MIN_GROUP_PROBABILITY: f32 = 0.25;
 
 impl Emitters {
-    /// Prepares sampling. Area emitters are found through `geometry`'s primitives; several primitives may share one emitter.
-    /// `Scene::build` rejects emitters inside instanced groups.
+    /// Prepares sampling. Area emitters are found through `geometry`'s primitives; several
+    /// primitives may share one emitter. `Scene::build` rejects emitters inside instanced groups.
     pub fn new(mut emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
         let infinite = InfiniteLights::new(&emitters, BoundingSphere::new(geometry.bounds()));
         for emitter in &mut emitters {
@@ -92,12 +94,14 @@ impl Emitters {
         }
     }
 
-    /// The descriptions, indexed by [`EmitterId`]. Images of environment maps are replaced by empty ones: they are stored as tiles.
+    /// The descriptions, indexed by [`EmitterId`]. Images of environment maps are replaced by empty
+    /// ones: they are stored as tiles.
     pub fn descriptions(&self) -> &[Emitter] {
         &self.emitters
     }
 
-    /// Radiance in W/(m² sr) that the surface emits at `x` towards `wo`; black for surfaces that do not emit.
+    /// Radiance in W/(m² sr) that the surface emits at `x` towards `wo`; black for surfaces that do
+    /// not emit.
     pub fn radiance(
         &self,
         geometry: &Geometry,
@@ -116,19 +120,22 @@ impl Emitters {
         }
     }
 
-    /// Whether there is an infinite light that fills a solid angle: rays that leave the scene may find radiance.
+    /// Whether there is an infinite light that fills a solid angle: rays that leave the scene may
+    /// find radiance.
     pub fn has_environment(&self) -> bool {
         self.infinite.fills_directions()
     }
 
-    /// Flux of one emitter into the scene in W. It is an estimate for infinite lights (irradiance times the cross-section of the
-    /// bounding sphere) and for textured emitters (a mean over a grid).
+    /// Flux of one emitter into the scene in W. It is an estimate for infinite lights (irradiance
+    /// times the cross-section of the bounding sphere) and for textured emitters (a mean over a
+    /// grid).
     pub fn power(&self, id: EmitterId) -> Rgb {
         self.powers[id.index()]
     }
 }
 
-/// Probability of sampling an infinite light, by the total selection weights of both groups; `None` for an empty group.
+/// Probability of sampling an infinite light, by the total selection weights of both groups; `None`
+/// for an empty group.
 fn infinite_probability(local: Option<f32>, infinite: Option<f32>) -> f32 {
     match (local, infinite) {
         (_, None) => 0.0,

@@ -8,7 +8,8 @@ use crate::texture::Texture;
 use std::f32::consts::{PI, TAU};
 
 impl Emitter {
-    /// Radiant intensity of a point or spot towards the unit vector `w`, in W/sr; black for other emitters.
+    /// Radiant intensity of a point or spot towards the unit vector `w`, in W/sr; black for other
+    /// emitters.
     pub fn point_intensity(&self, textures: &[Texture], w: Vec3) -> Rgb {
         match *self {
             Emitter::Point { intensity, .. } => intensity,
@@ -56,7 +57,8 @@ fn is_in_unit_square(uv: Vec2) -> bool {
     uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all()
 }
 
-/// A direction of a spot, and its density per solid angle: uniform in the cone, or on the window of a projector.
+/// A direction of a spot, and its density per solid angle: uniform in the cone, or on the window of
+/// a projector.
 pub(super) fn spot_direction(
     axis: Vec3,
     cutoff: f32,
@@ -85,7 +87,8 @@ fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
     Frame::from_normal(axis).to_world(local).normalize()
 }
 
-/// Falloff of a spot: 1 up to the beam width, or by the angle alone; 0 beyond the cutoff. Angles in radians.
+/// Falloff of a spot: 1 up to the beam width, or by the angle alone; 0 beyond the cutoff. Angles in
+/// radians.
 fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) -> f32 {
     if falloff == SpotFalloff::FlatIrradiance && angle < cutoff {
         angle.cos().powi(-3)

@@ -12,8 +12,8 @@
 //! | `IDS.count` | height, width | number of ids in a pixel |
 //! | `IDS.id`, `IDS.weight` | sum of `IDS.count` | ids of all pixels, and their sums of weights |
 //!
-//! Pixels and tiles are in row order. A tile has [`TILE_SIZE`] x [`TILE_SIZE`] pixels, fewer at the right and lower edge. S is the sum of
-//! a quantity over the pixels and the n passes of a batch.
+//! Pixels and tiles are in row order. A tile has [`TILE_SIZE`] x [`TILE_SIZE`] pixels, fewer at the
+//! right and lower edge. S is the sum of a quantity over the pixels and the n passes of a batch.
 
 use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::CoverageSums;
@@ -33,7 +33,8 @@ pub enum ArrayValues {
     U32(Vec<u32>),
 }
 
-/// A named array. Its values are made when they are asked for, so that a file can be written with few of them in memory.
+/// A named array. Its values are made when they are asked for, so that a file can be written with
+/// few of them in memory.
 pub struct SumArray<'f> {
     /// Name.
     pub name: String,
@@ -183,7 +184,8 @@ pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<SumArray<'f
     arrays
 }
 
-/// The inverse of [`arrays_of_sums`]: sums for a film from the arrays that `read` gives, by name and shape.
+/// The inverse of [`arrays_of_sums`]: sums for a film from the arrays that `read` gives, by name
+/// and shape.
 ///
 /// # Errors
 /// Those of `read`, and arrays of the wrong type or with contradicting values.

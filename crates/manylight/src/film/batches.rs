@@ -1,8 +1,9 @@
 //! Variance of means over many pixels, from batches of passes.
 //!
-//! Passes of one batch may be correlated, batches are independent. `S_b` is the sum of a value over the `n_b` passes of batch `b`. The mean
-//! over all passes is the ratio `Σ S_b / Σ n_b`; its variance is that of ratio estimators (Cochran, "Sampling Techniques", 3rd ed.,
-//! sections 6.4 and 9A.1) with a correction that makes it unbiased for independent passes:
+//! Passes of one batch may be correlated, batches are independent. `S_b` is the sum of a value over
+//! the `n_b` passes of batch `b`. The mean over all passes is the ratio `Σ S_b / Σ n_b`; its
+//! variance is that of ratio estimators (Cochran, "Sampling Techniques", 3rd ed., sections 6.4 and
+//! 9A.1) with a correction that makes it unbiased for independent passes:
 //!
 //! ```text
 //! var m ≈ Σ_b (S_b - n_b m)² / (n² - Σ_b n_b²),   m = Σ S_b / n,   n = Σ n_b

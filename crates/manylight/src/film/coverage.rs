@@ -45,15 +45,17 @@ impl CoverageSums {
     }
 }
 
-/// Ids with the fraction of a pixel that each covers, the largest first. Fractions are positive and their sum is at most 1,
-/// but for rounding.
+/// Ids with the fraction of a pixel that each covers, the largest first. Fractions are positive and
+/// their sum is at most 1, but for rounding.
 pub type RankedIds = Vec<(u32, f32)>;
 
-/// Estimate of the memory of one pixel in one id layer, in bytes: the list with two entries, and the samples of a pass.
+/// Estimate of the memory of one pixel in one id layer, in bytes: the list with two entries, and
+/// the samples of a pass.
 pub(super) const BYTES_PER_PIXEL: usize =
     size_of::<CoverageSums>() + 2 * size_of::<(u32, f64)>() + 2 * size_of::<IdSample>();
 
-/// Adds samples of pixel `pixel` out of `samples`, which are sorted by pixel. `sums` has an entry per recorded id layer.
+/// Adds samples of pixel `pixel` out of `samples`, which are sorted by pixel. `sums` has an entry
+/// per recorded id layer.
 pub(super) fn add_samples(samples: &[IdSample], pixel: usize, sums: &mut [CoverageSums]) {
     let pixel = pixel as u32;
     let first = samples.partition_point(|sample| sample.pixel < pixel);

@@ -10,7 +10,8 @@ pub struct FilmDesc {
     pub size: UVec2,
     /// Upper left corner of the crop window, in pixels.
     pub crop_offset: UVec2,
-    /// Size of the crop window, in pixels; `crop_offset + crop_size <= size`. Only this window is rendered.
+    /// Size of the crop window, in pixels; `crop_offset + crop_size <= size`. Only this window is
+    /// rendered.
     pub crop_size: UVec2,
     /// Reconstruction filter.
     pub filter: Filter,

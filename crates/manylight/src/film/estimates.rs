@@ -8,8 +8,8 @@ use crate::image::Image;
 use crate::math::UVec2;
 use rayon::prelude::*;
 
-/// Floor of the squared pixel value in the relative error, in units of the squared mean of the image. A larger floor
-/// gives dark pixels less weight.
+/// Floor of the squared pixel value in the relative error, in units of the squared mean of the
+/// image. A larger floor gives dark pixels less weight.
 const DARK_FLOOR: f64 = 0.01;
 
 impl Film {
@@ -25,8 +25,9 @@ impl Film {
         Some(self.collect(|sums, i| sums.sum(i * self.layers.len() + l).map(|v| (v / n) as f32)))
     }
 
-    /// Means over passes of channels of the recorded layers. A channel is given by the index of its layer in [`Film::layers`] and 0, 1 or 2; its
-    /// plane has a value per pixel, row by row from the top. The values are those of [`Film::image`], but the film is read once for all
+    /// Means over passes of channels of the recorded layers. A channel is given by the index of its
+    /// layer in [`Film::layers`] and 0, 1 or 2; its plane has a value per pixel, row by row from
+    /// the top. The values are those of [`Film::image`], but the film is read once for all
     /// channels, in parallel.
     ///
     /// # Panics
@@ -61,8 +62,9 @@ impl Film {
         planes
     }
 
-    /// The ids that cover each pixel, pixels in row order; `None` if the film does not record `layer`. Equal fractions are
-    /// in the order of their ids. Samples are distributed by the absolute value of the reconstruction filter and count equally.
+    /// The ids that cover each pixel, pixels in row order; `None` if the film does not record
+    /// `layer`. Equal fractions are in the order of their ids. Samples are distributed by the
+    /// absolute value of the reconstruction filter and count equally.
     pub fn ranked_ids(&self, layer: IdLayer) -> Option<Vec<RankedIds>> {
         let k = self.id_layers.iter().position(|&other| other == layer)?;
         let n = f64::from(self.passes().max(1));
@@ -85,11 +87,13 @@ impl Film {
         Some(all)
     }
 
-    /// Fraction of each pixel that the picture covers, in [0, 1], one channel; `None` if the film does not record [`Layer::Alpha`].
+    /// Fraction of each pixel that the picture covers, in [0, 1], one channel; `None` if the film
+    /// does not record [`Layer::Alpha`].
     ///
-    /// With `w` the weight of a sample by the reconstruction filter, its mean being 1, and `c` its covered fraction, the
-    /// estimate is `E[w c] - E[c] (E[w] - 1)`. The second term is a control variate: pixels that are covered as a whole are
-    /// exactly 1 for filters with negative lobes too.
+    /// With `w` the weight of a sample by the reconstruction filter, its mean being 1, and `c` its
+    /// covered fraction, the estimate is `E[w c] - E[c] (E[w] - 1)`. The second term is a control
+    /// variate: pixels that are covered as a whole are exactly 1 for filters with negative lobes
+    /// too.
     pub fn alpha(&self) -> Option<Image> {
         let raw = self.image(Layer::Alpha)?;
         let alpha = |raw: &[f32]| (raw[0] - raw[1] * (raw[2] - 1.0)).clamp(0.0, 1.0);
@@ -105,9 +109,10 @@ impl Film {
         self.layer_variance(Layer::Beauty).unwrap_or_default()
     }
 
-    /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance over passes, divided by their number.
-    /// Treats passes as independent. Infinite with fewer than two passes. `None` if the film does not record the layer, or
-    /// it is neither the beauty nor one of its terms.
+    /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance
+    /// over passes, divided by their number. Treats passes as independent. Infinite with fewer than
+    /// two passes. `None` if the film does not record the layer, or it is neither the beauty nor
+    /// one of its terms.
     pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
         let with_variance = &self.with_variance;
         let k = with_variance
@@ -129,8 +134,9 @@ impl Film {
         }))
     }
 
-    /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All pixels of a tile hold the
-    /// variance of that tile. Infinite with fewer than two completed batches.
+    /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All
+    /// pixels of a tile hold the variance of that tile. Infinite with fewer than two completed
+    /// batches.
     pub fn block_variance(&self) -> Image {
         let batches = self.batch_counts();
         self.collect(|sums, _| {
@@ -140,7 +146,8 @@ impl Film {
         })
     }
 
-    /// Variance of the mean of the beauty over the image, per channel, from completed batches. Infinite with fewer than two.
+    /// Variance of the mean of the beauty over the image, per channel, from completed batches.
+    /// Infinite with fewer than two.
     pub fn mean_variance(&self) -> [f64; 3] {
         let [beauty, _] = self.image_moments();
         self.variance_of_image_mean(&beauty)
@@ -159,8 +166,9 @@ impl Film {
         of_sum.map(|v| v / (pixels * pixels))
     }
 
-    /// Estimated relative error of the beauty: the root of the mean over pixels and channels of `variance / (value² + 0.01 m²)`
-    /// with `m` the mean of the image. Infinite with fewer than two passes.
+    /// Estimated relative error of the beauty: the root of the mean over pixels and channels of
+    /// `variance / (value² + 0.01 m²)` with `m` the mean of the image. Infinite with fewer than two
+    /// passes.
     pub fn relative_error(&self) -> f32 {
         if self.passes() < 2 {
             return f32::INFINITY;
@@ -216,7 +224,8 @@ impl Film {
         total
     }
 
-    /// Moments over completed batches of sums over pixels: of the beauty, and of the beauty without emission.
+    /// Moments over completed batches of sums over pixels: of the beauty, and of the beauty without
+    /// emission.
     fn image_moments(&self) -> [BatchMoments; 2] {
         let completed = self.completed.as_ref();
         let mut total = completed.map_or_else(Default::default, |blocks| blocks.image_moments);

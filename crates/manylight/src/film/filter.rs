@@ -1,4 +1,5 @@
-//! Reconstruction filters by importance sampling. A sample is drawn around the center of one pixel and contributes to that pixel only.
+//! Reconstruction filters by importance sampling. A sample is drawn around the center of one pixel
+//! and contributes to that pixel only.
 
 use crate::math::Vec2;
 
@@ -45,7 +46,8 @@ impl Filter {
         }
     }
 
-    /// Profile of the filter along one axis at `x` pixels from the center, not normalized. Filters are separable.
+    /// Profile of the filter along one axis at `x` pixels from the center, not normalized. Filters
+    /// are separable.
     pub fn eval(&self, x: f32) -> f32 {
         let x = x.abs();
         if x > self.radius() {
@@ -73,7 +75,8 @@ impl Filter {
 /// Support radius of a Gaussian in standard deviations, as in Mitsuba.
 const GAUSSIAN_RADIUS_IN_DEVIATIONS: f32 = 4.0;
 
-/// Number of cells of the table across the filter. For a radius of 2 pixels a cell is 1/128 pixel, far below what an image resolves.
+/// Number of cells of the table across the filter. For a radius of 2 pixels a cell is 1/128 pixel,
+/// far below what an image resolves.
 const TABLE_CELLS: usize = 512;
 
 /// Profile of the Mitchell-Netravali filters for `0 <= x <= 2`.
@@ -100,15 +103,19 @@ fn sinc(x: f32) -> f32 {
     if a.abs() < LIMIT { 1.0 } else { a.sin() / a }
 }
 
-/// Draws offsets from a pixel's center with a density proportional to the absolute value of the filter.
+/// Draws offsets from a pixel's center with a density proportional to the absolute value of the
+/// filter.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     radius: f32,
-    /// Cumulative sum of the absolute values of the cells, normalized to end at 1; empty for a box, which needs no table.
+    /// Cumulative sum of the absolute values of the cells, normalized to end at 1; empty for a box,
+    /// which needs no table.
     cdf: Vec<f32>,
-    /// By interval of the CDF's values, all of one size: the last cell that starts below all values of the interval.
+    /// By interval of the CDF's values, all of one size: the last cell that starts below all values
+    /// of the interval.
     guide: Vec<u16>,
-    /// Sample weight by cell: the sign of the filter times the integral of its absolute value over its integral.
+    /// Sample weight by cell: the sign of the filter times the integral of its absolute value over
+    /// its integral.
     weights: Vec<f32>,
 }
 
@@ -197,8 +204,8 @@ impl FilterSampler {
         }
     }
 
-    /// Offset from the pixel's center in pixels, and weight of the sample. The mean weight is 1: the pixel value is the mean of
-    /// weight times radiance.
+    /// Offset from the pixel's center in pixels, and weight of the sample. The mean weight is 1:
+    /// the pixel value is the mean of weight times radiance.
     #[inline]
     pub fn sample(&self, windows: [Window; 2], u: Vec2) -> (Vec2, f32) {
         let ((x, weight_x), (y, weight_y)) = (

@@ -1,7 +1,7 @@
 //! The quantities that a film records.
 
-/// A quantity that a film records per pixel. The beauty is the sum of emission, direct light, virtual lights, compensation and
-/// caustics. Virtual lights and compensation share light paths.
+/// A quantity that a film records per pixel. The beauty is the sum of emission, direct light,
+/// virtual lights, compensation and caustics. Virtual lights and compensation share light paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layer {
     /// Radiance over all light paths.
@@ -10,8 +10,8 @@ pub enum Layer {
     Emission,
     /// Radiance reflected from emitters at the first vertex with a non-specular lobe.
     Direct,
-    /// Radiance reflected at the same vertex from virtual lights. Path tracing: all light that other surfaces reflect towards
-    /// that vertex by non-specular lobes.
+    /// Radiance reflected at the same vertex from virtual lights. Path tracing: all light that
+    /// other surfaces reflect towards that vertex by non-specular lobes.
     VirtualLights,
     /// The part of that light which clamping removes from virtual lights.
     Compensation,
@@ -21,15 +21,20 @@ pub enum Layer {
     Albedo,
     /// Shading normal of the first surface, in world space.
     Normal,
-    /// Raw values of [`Film::alpha`](super::Film::alpha): filter weight times covered fraction, covered fraction, filter weight.
+    /// Raw values of [`Film::alpha`](super::Film::alpha): filter weight times covered fraction,
+    /// covered fraction, filter weight.
     Alpha,
-    /// Position of the first surface that scatters, in world space, in the scene's unit, times the covered fraction of the sample.
+    /// Position of the first surface that scatters, in world space, in the scene's unit, times the
+    /// covered fraction of the sample.
     Position,
-    /// Distance to the first surface along the camera ray, in the scene's unit; 0 where the ray hits nothing.
+    /// Distance to the first surface along the camera ray, in the scene's unit; 0 where the ray
+    /// hits nothing.
     Depth,
-    /// Size of the light cuts of a sample: number of lights and clusters that its sums over virtual lights evaluate.
+    /// Size of the light cuts of a sample: number of lights and clusters that its sums over virtual
+    /// lights evaluate.
     CutSize,
-    /// Largest error bound among the clusters of these cuts, in radiance; the whole radiance where no bound is known.
+    /// Largest error bound among the clusters of these cuts, in radiance; the whole radiance where
+    /// no bound is known.
     CutBound,
 }
 
@@ -70,7 +75,8 @@ impl Layer {
         }
     }
 
-    /// Whether the layer is a term of the partition of light paths, so that its values are added to the beauty too.
+    /// Whether the layer is a term of the partition of light paths, so that its values are added to
+    /// the beauty too.
     pub fn is_term(self) -> bool {
         matches!(
             self,

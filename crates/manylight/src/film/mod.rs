@@ -1,10 +1,12 @@
 //! The film: per-pixel sums over passes, and estimates of the variance of their means.
 //!
-//! A sample touches exactly one pixel, because filters are importance-sampled. Tiles are therefore independent, and any number of
-//! threads gives the same bits. The values of a pass are kept apart until the pass is complete: a cancelled pass is discarded.
+//! A sample touches exactly one pixel, because filters are importance-sampled. Tiles are therefore
+//! independent, and any number of threads gives the same bits. The values of a pass are kept apart
+//! until the pass is complete: a cancelled pass is discarded.
 //!
-//! Sums have two levels, so that parts of a render can be made apart and merged without a change of bits: a block of passes sums
-//! from zero, and completed blocks are added in their order ([`blocks`]).
+//! Sums have two levels, so that parts of a render can be made apart and merged without a change of
+//! bits: a block of passes sums from zero, and completed blocks are added in their order
+//! ([`blocks`]).
 
 pub mod arrays;
 mod batches;

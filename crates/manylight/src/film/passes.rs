@@ -70,10 +70,12 @@ impl Film {
         }
     }
 
-    /// A film with blocks of `block` passes, of which `first` will be the next. `first` is the first pass of a block.
+    /// A film with blocks of `block` passes, of which `first` will be the next. `first` is the
+    /// first pass of a block.
     ///
     /// # Panics
-    /// If the first of `layers` is not [`Layer::Beauty`], `block` is no multiple of [`BLOCK_STEP`], or `first` none of `block`.
+    /// If the first of `layers` is not [`Layer::Beauty`], `block` is no multiple of [`BLOCK_STEP`],
+    /// or `first` none of `block`.
     pub fn with_blocks(
         desc: FilmDesc,
         layers: &[Layer],
@@ -95,7 +97,8 @@ impl Film {
         film
     }
 
-    /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has more passes than a block, else one.
+    /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has
+    /// more passes than a block, else one.
     pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> u64 {
         let shape = PixelShape::of(layers, id_layers);
         let values = (shape.layers + shape.with_variance) * size_of::<[f64; 3]>()
@@ -150,15 +153,17 @@ impl Film {
         self.grid(tiling).count()
     }
 
-    /// Completes the current batch and begins a new one. Passes of one batch may share virtual lights; passes of different batches
-    /// must be independent. The variance of means over many pixels is therefore estimated from batches, not from passes. A block
-    /// ends with its last batch.
+    /// Completes the current batch and begins a new one. Passes of one batch may share virtual
+    /// lights; passes of different batches must be independent. The variance of means over many
+    /// pixels is therefore estimated from batches, not from passes. A block ends with its last
+    /// batch.
     pub fn begin_batch(&mut self) {
         self.current.complete_batch();
     }
 
-    /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are left out of the sums and counted
-    /// in `dropped`. If `cancel` becomes true before the last tile has begun, the pass is discarded and the result is `false`.
+    /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are
+    /// left out of the sums and counted in `dropped`. If `cancel` becomes true before the last tile
+    /// has begun, the pass is discarded and the result is `false`.
     pub fn add_pass(
         &mut self,
         cancel: &AtomicBool,
@@ -315,7 +320,8 @@ impl Film {
     }
 }
 
-/// Whether all channels are finite. Without an early exit, so that the loop becomes vector instructions.
+/// Whether all channels are finite. Without an early exit, so that the loop becomes vector
+/// instructions.
 fn are_finite(values: &[Rgb]) -> bool {
     let channels: &[f32] = bytemuck::cast_slice(values);
     channels.iter().fold(true, |all, v| all & v.is_finite())

@@ -16,19 +16,20 @@ pub struct FilmSample {
 #[derive(Clone, Debug)]
 pub struct FilmSampler {
     filter: FilterSampler,
-    /// By column, and by row: its index in the crop window, and the part of the filter inside the window.
+    /// By column, and by row: its index in the crop window, and the part of the filter inside the
+    /// window.
     places: [Vec<(u32, Window)>; 2],
 }
 
 impl FilmDesc {
-    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as in Mitsuba: at the border filters
-    /// are cut and normalized to their part inside.
+    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as in
+    /// Mitsuba: at the border filters are cut and normalized to their part inside.
     pub fn sampler(&self) -> FilmSampler {
         self.sampler_of(self.crop_size.to_array().map(|count| (0..count).collect()))
     }
 
-    /// As [`FilmDesc::sampler`], for the pixels in some columns and rows alone: pixel `(i, j)` of the sampler is that in
-    /// column `i` and row `j` of these.
+    /// As [`FilmDesc::sampler`], for the pixels in some columns and rows alone: pixel `(i, j)` of
+    /// the sampler is that in column `i` and row `j` of these.
     pub fn sampler_of(&self, [columns, rows]: [Vec<u32>; 2]) -> FilmSampler {
         let filter = self.filter.sampler();
         let places = |places: Vec<u32>, count: u32| {

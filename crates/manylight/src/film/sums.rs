@@ -16,7 +16,8 @@ pub struct PassSums {
     pub(super) passes: Range<u32>,
     /// Completed batches.
     pub(super) batches: BatchCounts,
-    /// Moments of sums over all pixels, over completed batches: of the beauty, and of the beauty without [`Layer::Emission`].
+    /// Moments of sums over all pixels, over completed batches: of the beauty, and of the beauty
+    /// without [`Layer::Emission`].
     pub(super) image_moments: [BatchMoments; 2],
     pub(super) tiles: Vec<TileSums>,
 }
@@ -31,7 +32,8 @@ pub(super) struct TileSums {
     pub(super) squares: Vec<[f64; 3]>,
     /// Sum over passes, by pixel and id layer.
     pub(super) coverage: Vec<CoverageSums>,
-    /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without emission.
+    /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without
+    /// emission.
     pub(super) batch: [[f64; 3]; 2],
     /// Moments of the beauty's sum over pixels, over completed batches.
     pub(super) moments: BatchMoments,
@@ -131,7 +133,8 @@ impl TileSums {
         self.moments.merge(&next.moments);
     }
 
-    /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of the emission, if recorded.
+    /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of the
+    /// emission, if recorded.
     pub(super) fn commit(
         &mut self,
         i: usize,

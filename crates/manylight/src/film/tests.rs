@@ -78,7 +78,8 @@ fn means_over_pixels_vary_from_batch_to_batch() {
     };
     for light in [0.0, 1.0, 2.0, 3.0] {
         film.begin_batch();
-        // The common value of all pixels changes by batch; the noise of single pixels cancels over pairs of pixels and of passes.
+        // The common value of all pixels changes by batch; the noise of single pixels cancels over
+        // pairs of pixels and of passes.
         add(&mut film, |p| 5.0 + light + noise(p), false);
         add(&mut film, |p| 5.0 + light - noise(p), false);
     }

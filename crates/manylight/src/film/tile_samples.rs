@@ -20,8 +20,8 @@ pub struct TileSamples<'f> {
     pub(super) ids: &'f mut Vec<IdSample>,
 }
 
-/// The values that `shade` gives the layers of `size` pixels outside of any film: pixels in row order, those of one pixel adjacent in the
-/// order of `layers`.
+/// The values that `shade` gives the layers of `size` pixels outside of any film: pixels in row
+/// order, those of one pixel adjacent in the order of `layers`.
 pub fn shaded_pixels(
     size: UVec2,
     layers: &[Layer],
@@ -62,8 +62,8 @@ impl TileSamples<'_> {
         self.slots.of(layer).is_some()
     }
 
-    /// Adds `value` to a layer of pixel `index` of the tile, in row order. A term of the path partition is added to the beauty
-    /// too. Layers that the film does not record are ignored.
+    /// Adds `value` to a layer of pixel `index` of the tile, in row order. A term of the path
+    /// partition is added to the beauty too. Layers that the film does not record are ignored.
     #[inline]
     pub fn add(&mut self, index: usize, layer: Layer, value: Rgb) {
         let pixel = &mut self.values[index * self.stride..][..self.stride];
@@ -81,8 +81,9 @@ impl TileSamples<'_> {
         !self.id_layers.is_empty()
     }
 
-    /// Adds the id of a surface that covers the fraction `weight` of the sample of pixel `index`. The fractions of one sample and
-    /// layer must not exceed 1 in sum. Layers that the film does not record are ignored.
+    /// Adds the id of a surface that covers the fraction `weight` of the sample of pixel `index`.
+    /// The fractions of one sample and layer must not exceed 1 in sum. Layers that the film does
+    /// not record are ignored.
     pub fn add_id(&mut self, index: usize, layer: IdLayer, id: u32, weight: f32) {
         if let Some(layer) = self.id_layers.iter().position(|&other| other == layer) {
             self.ids.push(IdSample {

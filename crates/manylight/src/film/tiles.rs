@@ -2,7 +2,8 @@
 
 use crate::math::UVec2;
 
-/// Edge of a tile in pixels. A tile has at most 64 of them: one bit each in the masks of visibility blocks.
+/// Edge of a tile in pixels. A tile has at most 64 of them: one bit each in the masks of visibility
+/// blocks.
 pub const TILE_SIZE: u32 = 8;
 
 /// How a pass divides the crop window into tiles.
@@ -21,7 +22,8 @@ impl Tiling {
         shift: UVec2::ZERO,
     };
 
-    /// Tiles of camera paths that advance together, large so that most packets of one material are full.
+    /// Tiles of camera paths that advance together, large so that most packets of one material are
+    /// full.
     pub const OF_STREAMS: Tiling = Tiling {
         edge: 64,
         shift: UVec2::ZERO,
@@ -100,7 +102,8 @@ impl TileGrid {
         }
     }
 
-    /// Index of the tile that holds a pixel, and index of the pixel in that tile; both in row order.
+    /// Index of the tile that holds a pixel, and index of the pixel in that tile; both in row
+    /// order.
     pub(super) fn locate(self, pixel: UVec2) -> (usize, usize) {
         let place = (pixel + self.shift) / self.edge;
         let tile = self.tile(place);

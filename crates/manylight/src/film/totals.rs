@@ -1,4 +1,5 @@
-//! Sums over all passes of a film: those of the completed blocks and of the current one, added where they are read.
+//! Sums over all passes of a film: those of the completed blocks and of the current one, added
+//! where they are read.
 
 use super::batches::{BatchMoments, add};
 use super::coverage::CoverageSums;

@@ -1,7 +1,8 @@
 //! Spheres, disks and cylinders: unit shapes under an affine transform.
 //!
-//! Computed in `f64`, so that radii and distances of a million units keep their precision for rays in `f32`, and points restored from
-//! their parameters are exact up to the rounding of the result. The parametrizations are Mitsuba's.
+//! Computed in `f64`, so that radii and distances of a million units keep their precision for rays
+//! in `f32`, and points restored from their parameters are exact up to the rounding of the result.
+//! The parametrizations are Mitsuba's.
 
 use super::Shape;
 use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
@@ -75,7 +76,8 @@ impl Analytic {
 
     pub(super) fn bounds(&self) -> Aabb {
         let m = self.world_from_unit.matrix3;
-        // The image of the unit ball under a linear map is an ellipsoid. Its half-extents are the lengths of the rows of the map.
+        // The image of the unit ball under a linear map is an ellipsoid. Its half-extents are the
+        // lengths of the rows of the map.
         let round = |x: DVec3, y: DVec3, z: DVec3| (x * x + y * y + z * z).map(f64::sqrt);
         let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
         let center = self.world_from_unit.translation;
@@ -160,7 +162,8 @@ impl Analytic {
             }
         };
         let m = &self.world_from_unit.matrix3;
-        // As in Mitsuba: under a reflection the normal of a sphere points inwards, those of other shapes do not.
+        // As in Mitsuba: under a reflection the normal of a sphere points inwards, those of other
+        // shapes do not.
         let side = if self.shape == UnitShape::Sphere && m.determinant() < 0.0 {
             -1.0
         } else {
@@ -182,9 +185,11 @@ impl Analytic {
         self.bounds().extent().max_element() * 0.5
     }
 
-    /// Area in the world. Exact if the stretch of area is constant over the surface, else by quadrature.
+    /// Area in the world. Exact if the stretch of area is constant over the surface, else by
+    /// quadrature.
     pub(super) fn area(&self) -> f32 {
-        /// Quadrature points per parameter. The error is below 1e-3 for a spheroid with axes 1 : 1 : 2 (tested).
+        /// Quadrature points per parameter. The error is below 1e-3 for a spheroid with axes 1 : 1
+        /// : 2 (tested).
         const CELLS: u32 = 32;
         let center = |i: u32| (f64::from(i) + 0.5) / f64::from(CELLS);
         let cells = (0..CELLS * CELLS).map(|i| DVec2::new(center(i % CELLS), center(i / CELLS)));
@@ -195,7 +200,8 @@ impl Analytic {
         (mean * self.unit_area()) as f32
     }
 
-    /// Parameters of a point drawn uniformly over the unit shape, and the density of the point by area in the world.
+    /// Parameters of a point drawn uniformly over the unit shape, and the density of the point by
+    /// area in the world.
     pub(super) fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let parameters = self.parameters_by_area(u.as_dvec2());
         (
@@ -212,7 +218,8 @@ impl Analytic {
         }
     }
 
-    /// Maps the unit square to parameters such that area on the unit shape is preserved up to a constant.
+    /// Maps the unit square to parameters such that area on the unit shape is preserved up to a
+    /// constant.
     fn parameters_by_area(&self, u: DVec2) -> DVec2 {
         match self.shape {
             UnitShape::Sphere => DVec2::new(u.x, (1.0 - 2.0 * u.y).acos() / PI),
@@ -250,7 +257,8 @@ pub(super) fn affine_f64(m: &Affine3A) -> DAffine3 {
 }
 
 impl UnitShape {
-    /// Parameters at which a line meets the plane, sphere or infinite cylinder of the shape; NaN for none.
+    /// Parameters at which a line meets the plane, sphere or infinite cylinder of the shape; NaN
+    /// for none.
     #[inline(always)]
     pub(super) fn meets(self, o: DVec3, d: DVec3) -> [f64; 2] {
         match self {
@@ -276,8 +284,9 @@ impl UnitShape {
     }
 }
 
-/// Parameters at which a line enters and leaves the unit sphere; NaN for a miss or a zero direction. Relative to the point of the line
-/// nearest to the center, so that a distant origin does not lose precision.
+/// Parameters at which a line enters and leaves the unit sphere; NaN for a miss or a zero
+/// direction. Relative to the point of the line nearest to the center, so that a distant origin
+/// does not lose precision.
 #[inline(always)]
 fn line_and_unit_sphere(o: DVec3, d: DVec3) -> [f64; 2] {
     let d2 = d.length_squared();

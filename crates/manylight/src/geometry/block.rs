@@ -10,11 +10,12 @@ use super::{Geometry, Segment};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Isa, set_bits};
 
-/// Time to test a block against an analytic shape, in rays through all objects. Any value from 16 to 64 costs less than 5 % more in rooms with
-/// 30 to 3000 spheres.
+/// Time to test a block against an analytic shape, in rays through all objects. Any value from 16
+/// to 64 costs less than 5 % more in rooms with 30 to 3000 spheres.
 const RAYS_PER_ANALYTIC: u32 = 32;
 
-/// The same for an instance. Any value from 40 to 80 costs less than 5 % more in rooms with 10 to 100 instances of 20 000 triangles.
+/// The same for an instance. Any value from 40 to 80 costs less than 5 % more in rooms with 10 to
+/// 100 instances of 20 000 triangles.
 const RAYS_PER_INSTANCE: u32 = 64;
 
 /// Both ends of the segments of a block.
@@ -129,7 +130,8 @@ impl BlockQuery<'_> {
     }
 }
 
-/// Removes the segments from `open` that the shape cuts. Bit `j` of element `i` is the segment from `origins[i]` to `targets[j]`.
+/// Removes the segments from `open` that the shape cuts. Bit `j` of element `i` is the segment from
+/// `origins[i]` to `targets[j]`.
 fn close_by_analytic(isa: Isa, shape: &Analytic, ends: SegmentEnds, open: &mut [u64; BLOCK]) {
     let unit = |p: Vec3| shape.unit_from_world.transform_point3(p.as_dvec3());
     let targets = UnitPoints::new(ends.targets.iter().map(|&p| unit(p)));
@@ -145,7 +147,8 @@ fn close_by_analytic(isa: Isa, shape: &Analytic, ends: SegmentEnds, open: &mut [
     }
 }
 
-/// Whether rays along the open segments take less time than tests of the block against all objects in the shaft.
+/// Whether rays along the open segments take less time than tests of the block against all objects
+/// in the shaft.
 fn favors_rays(surfaces: &SurfaceSet, between: &Shaft, open: &[u64; BLOCK]) -> bool {
     let segments: u32 = open.iter().map(|targets| targets.count_ones()).sum();
     let mut rays = 0;
@@ -166,7 +169,8 @@ mod tests {
     use crate::math::Affine3A;
     use crate::sampling::rng::Pcg;
 
-    /// Spheres, and instances of a cube and a sphere, at random places between the planes x = -1 and x = 1.
+    /// Spheres, and instances of a cube and a sphere, at random places between the planes x = -1
+    /// and x = 1.
     fn crowd(spheres: usize, instances: usize, transparent: bool) -> Geometry {
         let mut rng = Pcg::new(3);
         let mut place = || {

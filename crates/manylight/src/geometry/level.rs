@@ -16,7 +16,8 @@ pub(super) enum SurfaceClass {
     Transparent,
 }
 
-/// All surfaces of one space, with one hierarchy per class: visibility among opaque surfaces never visits transparent ones.
+/// All surfaces of one space, with one hierarchy per class: visibility among opaque surfaces never
+/// visits transparent ones.
 #[derive(Debug)]
 pub(super) struct Level {
     pub(super) opaque: SurfaceSet,
@@ -39,7 +40,8 @@ impl InstanceBounds {
 }
 
 impl Level {
-    /// Builds the hierarchies over the primitives in `range` and over all `instances`. `placements` has one element per primitive.
+    /// Builds the hierarchies over the primitives in `range` and over all `instances`. `placements`
+    /// has one element per primitive.
     pub(super) fn build(
         primitives: &[Primitive],
         placements: &[PlacedShape],

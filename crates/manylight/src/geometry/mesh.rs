@@ -2,23 +2,27 @@
 
 use crate::math::{Aabb, Vec2, Vec3};
 
-/// Triangles over shared vertices. The geometric normal follows from the order of the three corners by the right-hand rule.
+/// Triangles over shared vertices. The geometric normal follows from the order of the three corners
+/// by the right-hand rule.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Position of each vertex.
     pub positions: Vec<Vec3>,
     /// Unit shading normal of each vertex; empty for faceted shading.
     pub normals: Vec<Vec3>,
-    /// Direction of the x axis of the shading frame at each vertex; if empty, that in which u grows. Needs `normals`.
+    /// Direction of the x axis of the shading frame at each vertex; if empty, that in which u
+    /// grows. Needs `normals`.
     pub tangents: Vec<Vec3>,
-    /// Texture coordinates of each vertex. If empty, the corners of each triangle have (0,0), (1,0), (0,1), as in Mitsuba.
+    /// Texture coordinates of each vertex. If empty, the corners of each triangle have (0,0),
+    /// (1,0), (0,1), as in Mitsuba.
     pub uvs: Vec<Vec2>,
     /// Indices of the three vertices; all smaller than `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// The square [-1, 1]² in the plane z = 0 with normal +z and uv from (0,0) at (-1,-1) to (1,1) at (1,1).
+    /// The square [-1, 1]² in the plane z = 0 with normal +z and uv from (0,0) at (-1,-1) to (1,1)
+    /// at (1,1).
     pub fn rectangle() -> Self {
         Mesh {
             positions: [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]

@@ -1,4 +1,5 @@
-//! Shapes, instances and the acceleration structures over them; intersection, visibility, surface points and sampling by area.
+//! Shapes, instances and the acceleration structures over them; intersection, visibility, surface
+//! points and sampling by area.
 
 mod analytic;
 mod block;

@@ -3,9 +3,11 @@
 use super::{Geometry, Shape, SurfaceRef};
 use crate::math::{Vec2, Vec3};
 
-/// Largest distance of a corner from the plane and from convexity, in units of the longest edge. Admits rounding of `f32` corners.
+/// Largest distance of a corner from the plane and from convexity, in units of the longest edge.
+/// Admits rounding of `f32` corners.
 const FLAT: f32 = 1e-6;
-/// Width of the rim that is excluded from the piece, in units of the longest edge. Keeps the test conservative under rounding.
+/// Width of the rim that is excluded from the piece, in units of the longest edge. Keeps the test
+/// conservative under rounding.
 const RIM: f32 = 1e-4;
 
 /// A convex piece of a plane that blocks light.
@@ -15,13 +17,15 @@ pub struct Occluder {
     pub n: Vec3,
     /// `n·x` of the points `x` of the plane.
     pub offset: f32,
-    /// For each edge a unit vector `e` in the plane and a bound `b`: the piece is where `e·x >= b` for all edges.
+    /// For each edge a unit vector `e` in the plane and a bound `b`: the piece is where `e·x >= b`
+    /// for all edges.
     pub edges: [(Vec3, f32); 4],
 }
 
 impl Occluder {
-    /// The triangle of an opaque mesh at `at`, or the convex quadrilateral that it forms with the triangle before or after it in the mesh.
-    /// `None` for other shapes, transparent surfaces and degenerate triangles.
+    /// The triangle of an opaque mesh at `at`, or the convex quadrilateral that it forms with the
+    /// triangle before or after it in the mesh. `None` for other shapes, transparent surfaces and
+    /// degenerate triangles.
     pub fn at(geometry: &Geometry, at: SurfaceRef) -> Option<Self> {
         let primitive = &geometry.primitives()[at.primitive.index()];
         let Shape::Mesh(mesh) = &geometry.shapes()[primitive.shape.index()] else {
@@ -62,8 +66,8 @@ impl Occluder {
             .or_else(|| Occluder::new([a, b, c, c]))
     }
 
-    /// The convex polygon with these corners in order; a triangle repeats its last corner. `None` if the corners are degenerate, not
-    /// convex or not coplanar.
+    /// The convex polygon with these corners in order; a triangle repeats its last corner. `None`
+    /// if the corners are degenerate, not convex or not coplanar.
     fn new(corners: [Vec3; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
         let n = (c - a)

@@ -1,5 +1,5 @@
-//! Queries along rays and segments: the nearest hit, visibility, and transparent surfaces. For single rays, for streams of rays such
-//! as the paths of a tile, and for blocks of segments.
+//! Queries along rays and segments: the nearest hit, visibility, and transparent surfaces. For
+//! single rays, for streams of rays such as the paths of a tile, and for blocks of segments.
 
 use super::block::{BLOCK, SegmentEnds, cut_segments};
 use super::level::SurfaceClass;
@@ -26,8 +26,9 @@ impl Geometry {
             || (surfaces.has_objects() && self.any_object(surfaces, segment))
     }
 
-    /// [`Geometry::intersect`] for each ray, with the same bits: element `i` of `hits` becomes the hit of `rays[i]`. Faster than
-    /// single calls from a few dozen rays on, most of all for rays with similar origins and directions that are neighbors in the list.
+    /// [`Geometry::intersect`] for each ray, with the same bits: element `i` of `hits` becomes the
+    /// hit of `rays[i]`. Faster than single calls from a few dozen rays on, most of all for rays
+    /// with similar origins and directions that are neighbors in the list.
     pub fn intersect_stream(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         self.nearest_of_class(SurfaceClass::Opaque, rays, hits);
         if self.has_transparent() {
@@ -44,8 +45,8 @@ impl Geometry {
         }
     }
 
-    /// [`Geometry::occluded`] for each segment: element `i` of `occluded` becomes the answer for `segments[i]`. Fast as
-    /// [`Geometry::intersect_stream`] is.
+    /// [`Geometry::occluded`] for each segment: element `i` of `occluded` becomes the answer for
+    /// `segments[i]`. Fast as [`Geometry::intersect_stream`] is.
     pub fn occluded_stream(&self, segments: &[Segment], occluded: &mut Vec<bool>) {
         let surfaces = &self.world.opaque;
         surfaces.any_triangles(segments, occluded);
@@ -58,9 +59,11 @@ impl Geometry {
 
     /// Visibility between up to [`BLOCK`] origins and up to [`BLOCK`] targets.
     ///
-    /// `wanted[i]` has one bit per target and one element per origin. Bit `j` of element `i` of the result is set if bit `j` of `wanted[i]`
-    /// is set and an opaque surface lies between `origins[i]` and `targets[j]`. Fastest if both groups are compact and neighbors
-    /// in space are neighbors in the lists. Equal to single calls of [`Geometry::occluded`], except for segments that graze an edge.
+    /// `wanted[i]` has one bit per target and one element per origin. Bit `j` of element `i` of the
+    /// result is set if bit `j` of `wanted[i]` is set and an opaque surface lies between
+    /// `origins[i]` and `targets[j]`. Fastest if both groups are compact and neighbors in space are
+    /// neighbors in the lists. Equal to single calls of [`Geometry::occluded`], except for segments
+    /// that graze an edge.
     pub fn occluded_block(
         &self,
         origins: &[Vec3],
@@ -82,12 +85,14 @@ impl Geometry {
         cut_segments(self, SurfaceClass::Transparent, ends, wanted)
     }
 
-    /// Whether any surface is transparent. If none is, [`Geometry::occluded`] decides visibility completely.
+    /// Whether any surface is transparent. If none is, [`Geometry::occluded`] decides visibility
+    /// completely.
     pub fn has_transparent(&self) -> bool {
         !self.world.transparent.is_empty()
     }
 
-    /// Calls `visit` for all hits of the segment with transparent surfaces, in any order, until `visit` returns true.
+    /// Calls `visit` for all hits of the segment with transparent surfaces, in any order, until
+    /// `visit` returns true.
     pub fn visit_transparent(&self, segment: &Segment, mut visit: impl FnMut(Hit) -> bool) {
         self.visit_in_set(&self.world.transparent, segment, &mut visit);
     }

@@ -2,8 +2,8 @@
 
 use crate::math::Vec3;
 
-/// A half-line, or its part up to `t_max`. Hits count from `t = 0` on: [`SurfacePoint::spawn`](super::SurfacePoint::spawn) moves the
-/// origin off the surface.
+/// A half-line, or its part up to `t_max`. Hits count from `t = 0` on:
+/// [`SurfacePoint::spawn`](super::SurfacePoint::spawn) moves the origin off the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Origin.

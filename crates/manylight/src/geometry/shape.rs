@@ -42,7 +42,8 @@ pub struct Primitive {
     pub material: MaterialId,
     /// Emitter of the surface, if any.
     pub emitter: Option<EmitterId>,
-    /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not count in [`Geometry::occluded`](super::Geometry::occluded).
+    /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not
+    /// count in [`Geometry::occluded`](super::Geometry::occluded).
     pub transparent: bool,
 }
 

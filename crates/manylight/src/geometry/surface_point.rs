@@ -14,8 +14,8 @@ pub struct SurfaceRef {
     pub element: u32,
     /// The instance through which the primitive was hit, or [`SurfaceRef::NO_INSTANCE`].
     pub instance: u32,
-    /// Meshes: barycentric coordinates of the second and third corner. Other shapes: the parameters of the surface, each in a domain
-    /// that the shape defines.
+    /// Meshes: barycentric coordinates of the second and third corner. Other shapes: the parameters
+    /// of the surface, each in a domain that the shape defines.
     pub coordinates: Vec2,
 }
 
@@ -35,8 +35,9 @@ pub struct Hit {
 
 /// Offset of ray origins from their surface, in units of the rounding of the coordinates.
 ///
-/// Estimated: two roundings in the point (a sum of three products), one in the sum of point and offset, about three in the distance to
-/// the plane. Twice the sum allows for an angle between the offset and the exact normal.
+/// Estimated: two roundings in the point (a sum of three products), one in the sum of point and
+/// offset, about three in the distance to the plane. Twice the sum allows for an angle between the
+/// offset and the exact normal.
 pub(super) const OFFSET_ROUNDINGS: f32 = 12.0;
 
 /// A point on a surface in world space.
@@ -44,9 +45,11 @@ pub(super) const OFFSET_ROUNDINGS: f32 = 12.0;
 pub struct SurfacePoint {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal, unit, on the outer side of the shape after `flip_normals`; never turned to the viewer.
+    /// Geometric normal, unit, on the outer side of the shape after `flip_normals`; never turned to
+    /// the viewer.
     pub ng: Vec3,
-    /// Shading frame: z is the interpolated shading normal, x the direction of `dp_du` made orthogonal to z.
+    /// Shading frame: z is the interpolated shading normal, x the direction of `dp_du` made
+    /// orthogonal to z.
     pub frame: Frame,
     /// Texture coordinates, as in the mesh file.
     pub uv: Vec2,

@@ -4,7 +4,8 @@ use super::{SurfacePoint, SurfaceRef};
 use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
 use crate::math::{Frame, Vec2, Vec3};
 
-/// Whether surface points get the derivatives of the position by the texture coordinates, which few materials need.
+/// Whether surface points get the derivatives of the position by the texture coordinates, which few
+/// materials need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivatives {
     /// `dp_du` and `dp_dv` are those of the position.

@@ -1,4 +1,5 @@
-//! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over analytic shapes and instances.
+//! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over
+//! analytic shapes and instances.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
 use super::placement::{PlacedShape, TriangleTable};
@@ -190,7 +191,8 @@ impl SurfaceSetBuilder {
     }
 }
 
-/// Maps the index of a triangle in the hierarchy to a primitive and its triangle. Each primitive has a run of consecutive indices.
+/// Maps the index of a triangle in the hierarchy to a primitive and its triangle. Each primitive
+/// has a run of consecutive indices.
 #[derive(Debug)]
 struct Numbering {
     /// First index of each run, and its primitive; ascending.
@@ -202,7 +204,8 @@ struct Numbering {
 }
 
 impl Numbering {
-    /// Triangles per bucket. Smaller buckets take more memory, larger ones longer searches among small primitives.
+    /// Triangles per bucket. Smaller buckets take more memory, larger ones longer searches among
+    /// small primitives.
     const BUCKET: u32 = 16;
 
     fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {

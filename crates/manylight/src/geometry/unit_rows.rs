@@ -1,7 +1,7 @@
 //! Segments from one point to many targets against a unit shape.
 //!
-//! Most segments miss. A conservative test of sixteen segments in `f32` against a ball or cylinder around the shape comes first. The
-//! exact test in `f64` runs only for groups with a possible hit.
+//! Most segments miss. A conservative test of sixteen segments in `f32` against a ball or cylinder
+//! around the shape comes first. The exact test in `f64` runs only for groups with a possible hit.
 
 use super::analytic::UnitShape;
 use super::block::BLOCK;
@@ -9,8 +9,8 @@ use crate::lanes::{LANES, LaneMask, Sixteen, Vector};
 use crate::simd::{Simd, SimdKernel};
 use glam::DVec3;
 
-/// Margin for rounding in the distance of a segment from the shape, relative to the distance of its ends. Several times the largest
-/// rounding error, which is a few epsilon.
+/// Margin for rounding in the distance of a segment from the shape, relative to the distance of its
+/// ends. Several times the largest rounding error, which is a few epsilon.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
 /// Number of groups of [`LANES`] targets.
@@ -43,7 +43,8 @@ impl UnitPoints {
     }
 }
 
-/// Kernel: the segments from `origin` to the targets that a unit shape cuts, as a subset of the bits of `open`.
+/// Kernel: the segments from `origin` to the targets that a unit shape cuts, as a subset of the
+/// bits of `open`.
 pub(super) struct CutRow<'a> {
     pub(super) shape: UnitShape,
     pub(super) origin: DVec3,
@@ -142,7 +143,8 @@ mod tests {
         }
     }
 
-    /// Segments at all distances that graze the shapes: the conservative test never excludes a segment that the exact test finds.
+    /// Segments at all distances that graze the shapes: the conservative test never excludes a
+    /// segment that the exact test finds.
     #[test]
     fn the_conservative_test_misses_no_hit() {
         let mut random = Pcg::new(3);

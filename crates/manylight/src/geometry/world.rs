@@ -39,8 +39,9 @@ pub struct Geometry {
 impl Geometry {
     /// Builds the acceleration structures.
     ///
-    /// `primitives` holds first the primitives of the world and then, group by group, those of the groups: `groups[g]` is the range of
-    /// group `g`. Degenerate triangles are allowed and never hit.
+    /// `primitives` holds first the primitives of the world and then, group by group, those of the
+    /// groups: `groups[g]` is the range of group `g`. Degenerate triangles are allowed and never
+    /// hit.
     ///
     /// # Panics
     /// If an id or index is out of range.
@@ -99,7 +100,8 @@ impl Geometry {
         &self.primitives
     }
 
-    /// All shapes in object space, by [`ShapeId`]; meshes without normals, tangents and texture coordinates.
+    /// All shapes in object space, by [`ShapeId`]; meshes without normals, tangents and texture
+    /// coordinates.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
@@ -177,7 +179,8 @@ impl Geometry {
         SurfacePoints::load(s, &s.each(|i| self.completed(points.as_ref()[i])))
     }
 
-    /// The point in world space of a point in the space of its primitive, which is unspecified on analytic shapes.
+    /// The point in world space of a point in the space of its primitive, which is unspecified on
+    /// analytic shapes.
     fn completed(&self, point: SurfacePoint) -> SurfacePoint {
         let at = point.at;
         let analytic = self.placements[at.primitive.index()].analytic_point(at);
@@ -203,7 +206,8 @@ impl Geometry {
 
     /// A point of the primitive, uniform by area. `None` if the area is 0.
     ///
-    /// On spheres and cylinders under a transform that is not a similarity the density is not quite uniform; `pdf_area` is exact.
+    /// On spheres and cylinders under a transform that is not a similarity the density is not quite
+    /// uniform; `pdf_area` is exact.
     pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
         let placement = &self.placements[primitive.index()];
         let (element, coordinates, pdf_area) = placement.sample(&self.table, u)?;

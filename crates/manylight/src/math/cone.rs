@@ -4,7 +4,8 @@ use super::Vec3;
 use super::float::safe_sqrt;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Margin added to the half angle of a [`Spread`], in radians. The cosine of an angle near 0 does not resolve smaller angles in `f32`.
+/// Margin added to the half angle of a [`Spread`], in radians. The cosine of an angle near 0 does
+/// not resolve smaller angles in `f32`.
 const ROUNDING: f32 = 1e-3;
 
 /// All unit directions within `half_angle` of `axis`.
@@ -43,7 +44,8 @@ impl Cone {
 
     /// A bounding cone of both cones.
     ///
-    /// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, algorithm 1.
+    /// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
+    /// Splitting", 2018, algorithm 1.
     #[must_use]
     pub fn union(self, other: Cone) -> Self {
         if self.is_empty() {
@@ -65,7 +67,8 @@ impl Cone {
         if half_angle >= std::f32::consts::PI {
             return Cone::FULL;
         }
-        // Rotate the wide axis towards the narrow one until the new cone touches the far rim of the wide cone.
+        // Rotate the wide axis towards the narrow one until the new cone touches the far rim of the
+        // wide cone.
         let Some(side) = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).try_normalize()
         else {
             return Cone::FULL;
@@ -85,8 +88,9 @@ impl Cone {
     }
 }
 
-/// An upper bound of the angle between a set of directions and an axis, with its cosine and sine. All functions but [`Spread::new`] are
-/// free of calls and branches, so that loops over them vectorize.
+/// An upper bound of the angle between a set of directions and an axis, with its cosine and sine.
+/// All functions but [`Spread::new`] are free of calls and branches, so that loops over them
+/// vectorize.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
     /// Upper bound of the angle in radians, up to π.
@@ -116,8 +120,8 @@ impl Spread {
         }
     }
 
-    /// The bound of the directions to a ball around the axis, plus a margin of about 1e-3. `distance` is that of the ball's center; inside
-    /// of the ball the bound is π.
+    /// The bound of the directions to a ball around the axis, plus a margin of about 1e-3.
+    /// `distance` is that of the ball's center; inside of the ball the bound is π.
     #[inline(always)]
     pub fn to_ball(radius: f32, distance: f32) -> Self {
         let sin = radius / distance + ROUNDING;
@@ -125,7 +129,8 @@ impl Spread {
         let sin = if outside { sin } else { 0.0 };
         let cos = (1.0 - sin * sin).sqrt();
         Spread {
-            // asin x <= x + (π/2 - 1) x³ on [0, 1]: (asin x - x) / x³ is a series with positive terms, largest at x = 1.
+            // asin x <= x + (π/2 - 1) x³ on [0, 1]: (asin x - x) / x³ is a series with positive
+            // terms, largest at x = 1.
             half_angle: if outside {
                 sin + (FRAC_PI_2 - 1.0) * sin * sin * sin
             } else {
@@ -136,7 +141,8 @@ impl Spread {
         }
     }
 
-    /// The bound of the sum of both angles: of directions within `self` of an axis that is within `o` of another axis.
+    /// The bound of the sum of both angles: of directions within `self` of an axis that is within
+    /// `o` of another axis.
     #[inline(always)]
     pub fn plus(self, o: Spread) -> Self {
         let everywhere = self.cos <= -o.cos;
@@ -151,7 +157,8 @@ impl Spread {
         }
     }
 
-    /// Bounds of the cosine between the directions and a unit vector; `cos` is the cosine between that vector and the axis.
+    /// Bounds of the cosine between the directions and a unit vector; `cos` is the cosine between
+    /// that vector and the axis.
     #[inline(always)]
     pub fn cosines(&self, cos: f32) -> [f32; 2] {
         let across = safe_sqrt(1.0 - cos * cos) * self.sin;

@@ -9,10 +9,12 @@ pub fn safe_sqrt(x: f32) -> f32 {
     x.max(0.0).sqrt()
 }
 
-/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
+/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the
+/// sum then hold.
 const ROUNDING: f32 = 12_582_912.0;
 
-/// `floor(x)` as a float and as an integer, for |x| < 2²². Free of calls, so that loops over it vectorize.
+/// `floor(x)` as a float and as an integer, for |x| < 2²². Free of calls, so that loops over it
+/// vectorize.
 #[inline(always)]
 pub fn floor(x: f32) -> (f32, i32) {
     let sum = x + ROUNDING;
@@ -25,7 +27,8 @@ pub fn floor(x: f32) -> (f32, i32) {
     }
 }
 
-/// `eˣ` with a relative error below 2e-7 for |x| < 87; 0 for x < -87, finite for x > 87. Free of calls, so that loops over it vectorize.
+/// `eˣ` with a relative error below 2e-7 for |x| < 87; 0 for x < -87, finite for x > 87. Free of
+/// calls, so that loops over it vectorize.
 ///
 /// `eˣ = 2ⁿ eʳ` with |r| <= ln 2 / 2, and the Taylor polynomial of degree 7 for eʳ.
 #[inline(always)]

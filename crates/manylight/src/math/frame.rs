@@ -29,8 +29,8 @@ impl Frame {
         }
     }
 
-    /// A frame with the unit normal `n`; its x axis is `tangent` made orthogonal to `n`. If both are parallel, the result is that of
-    /// [`Frame::from_normal`].
+    /// A frame with the unit normal `n`; its x axis is `tangent` made orthogonal to `n`. If both
+    /// are parallel, the result is that of [`Frame::from_normal`].
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
         match (tangent - n * n.dot(tangent)).try_normalize() {

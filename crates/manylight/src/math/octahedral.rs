@@ -35,7 +35,8 @@ pub fn direction_from_square(uv: Vec2) -> Vec3 {
     Vec3::new(x, y, z).normalize()
 }
 
-/// Index of the texel in column `i`, row `j` of an `n`² table, with `i` and `j` from -1 to `n`. Beyond an edge the other coordinate is mirrored.
+/// Index of the texel in column `i`, row `j` of an `n`² table, with `i` and `j` from -1 to `n`.
+/// Beyond an edge the other coordinate is mirrored.
 #[inline(always)]
 pub fn wrapped_texel(i: i32, j: i32, n: i32) -> i32 {
     let beyond = i < 0 || i >= n;
@@ -62,8 +63,8 @@ pub fn texel_direction(index: usize, side: usize) -> Vec3 {
 
 /// Solid angle per unit area of the square at `uv`, in sr.
 ///
-/// With `v` the point of the octahedron |x|+|y|+|z| = 1 above `uv`, dω = dA cosθ / |v|², and one unit of the square
-/// is 4 units of the xy-projection; both give 4 / |v|³.
+/// With `v` the point of the octahedron |x|+|y|+|z| = 1 above `uv`, dω = dA cosθ / |v|², and one
+/// unit of the square is 4 units of the xy-projection; both give 4 / |v|³.
 #[inline]
 pub fn solid_angle_density(uv: Vec2) -> f32 {
     let q = uv * 2.0 - Vec2::ONE;

@@ -16,7 +16,8 @@ pub fn prefetch_at(start: *const u8, bytes: usize) {
         /// Bytes of a cache line.
         const LINE: usize = 64;
         for offset in (0..bytes).step_by(LINE) {
-            // SAFETY: all x86-64 machines have SSE; prefetching never changes memory and never faults.
+            // SAFETY: all x86-64 machines have SSE; prefetching never changes memory and never
+            // faults.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset).cast()) };
         }
     }

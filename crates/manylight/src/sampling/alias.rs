@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 /// An alias table, after Walker.
 ///
-/// Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991.
+/// Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution",
+/// 1991.
 #[derive(Clone, Debug, Default)]
 pub struct Alias {
     slots: Vec<Slot>,
@@ -20,8 +21,8 @@ struct Slot {
 }
 
 impl Alias {
-    /// A table that samples item `i` with probability proportional to `weights[i] >= 0`. `None` if the sum of the weights is not positive
-    /// and finite.
+    /// A table that samples item `i` with probability proportional to `weights[i] >= 0`. `None` if
+    /// the sum of the weights is not positive and finite.
     pub fn new(weights: &[f32]) -> Option<Self> {
         let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
         if !(total.is_finite() && total > 0.0) {
@@ -83,7 +84,8 @@ impl Alias {
         (chosen, self.pmf[chosen])
     }
 
-    /// A sampled item and a new uniform number, the part of `u` that the choice leaves. Reads one cache line. The table must not be empty.
+    /// A sampled item and a new uniform number, the part of `u` that the choice leaves. Reads one
+    /// cache line. The table must not be empty.
     #[inline]
     pub fn sample_reusing(&self, u: f32) -> (usize, f32) {
         choose(&self.slots, u)

@@ -3,7 +3,8 @@
 use super::rng::{Pcg, mix};
 use crate::math::Vec2;
 
-/// Purpose of random numbers. Each purpose has a separate stream, so that a new purpose does not change the others.
+/// Purpose of random numbers. Each purpose has a separate stream, so that a new purpose does not
+/// change the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Stream {
@@ -37,13 +38,15 @@ impl Pass {
         Sampler::new(self.seed, self.index, stream, index)
     }
 
-    /// A point in [0, 1)² of item `index`: uniform over seeds, and over passes a low-discrepancy sequence. The sample variance over passes
-    /// therefore overestimates the variance of their mean.
+    /// A point in [0, 1)² of item `index`: uniform over seeds, and over passes a low-discrepancy
+    /// sequence. The sample variance over passes therefore overestimates the variance of their
+    /// mean.
     pub fn low_discrepancy_2d(self, stream: Stream, index: u64) -> Vec2 {
         self.low_discrepancy_2d_in_parts(stream, index, 0, 1)
     }
 
-    /// [`Pass::low_discrepancy_2d`] with `parts` points per pass: point `k` of the pass. The points of all passes form one sequence.
+    /// [`Pass::low_discrepancy_2d`] with `parts` points per pass: point `k` of the pass. The points
+    /// of all passes form one sequence.
     pub fn low_discrepancy_2d_in_parts(
         self,
         stream: Stream,
@@ -66,7 +69,8 @@ const R3: [f64; 3] = [
     0.549_700_477_901_970_3,
 ];
 
-/// Point `index` of an additive recurrence, a low-discrepancy sequence. Each point is uniform if the start is.
+/// Point `index` of an additive recurrence, a low-discrepancy sequence. Each point is uniform if
+/// the start is.
 ///
 /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
 fn additive_recurrence<const D: usize>(start: [f32; D], steps: [f64; D], index: u32) -> [f32; D] {
@@ -74,7 +78,8 @@ fn additive_recurrence<const D: usize>(start: [f32; D], steps: [f64; D], index: 
     std::array::from_fn(|k| at(k).min(1.0 - f32::EPSILON))
 }
 
-/// A low-discrepancy sequence of points in [0, 1)³ with a random start: the R₃ sequence. See [`Sampler::next_sequence`].
+/// A low-discrepancy sequence of points in [0, 1)³ with a random start: the R₃ sequence. See
+/// [`Sampler::next_sequence`].
 #[derive(Clone, Copy, Debug)]
 pub struct LowDiscrepancySequence {
     start: [f32; 3],
@@ -89,7 +94,8 @@ impl LowDiscrepancySequence {
     }
 }
 
-/// A generator of uniform numbers in [0, 1), keyed by (seed, pass, stream, index): independent of threads and order.
+/// A generator of uniform numbers in [0, 1), keyed by (seed, pass, stream, index): independent of
+/// threads and order.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     rng: Pcg,

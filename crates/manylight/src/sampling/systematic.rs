@@ -1,8 +1,9 @@
 //! Systematic sampling: a subset of nearly fixed size of weighted items, from one random offset.
 
-/// Inclusion probabilities `a_i = min(1, w_i / τ)`. The threshold τ is chosen such that they sum to `target`, or to the number of items
-/// with positive weight, if that is smaller. Positive weights below `floor_share` times the mean weight are raised to this floor
-/// first, so that no positive item has a vanishing probability. Items of weight 0 have probability 0.
+/// Inclusion probabilities `a_i = min(1, w_i / τ)`. The threshold τ is chosen such that they sum to
+/// `target`, or to the number of items with positive weight, if that is smaller. Positive weights
+/// below `floor_share` times the mean weight are raised to this floor first, so that no positive
+/// item has a vanishing probability. Items of weight 0 have probability 0.
 pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32) -> Vec<f32> {
     let positive = weights.iter().filter(|&&w| w > 0.0).count();
     if positive <= target {
@@ -20,8 +21,8 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
             0.0
         }
     };
-    // Items with w >= τ have probability 1; the others share the rest of the target. No step enlarges τ, so that the number of such items
-    // grows until it is stable.
+    // Items with w >= τ have probability 1; the others share the rest of the target. No step
+    // enlarges τ, so that the number of such items grows until it is stable.
     let mut tau = weights.iter().map(|&w| raised(w)).sum::<f64>() / target as f64;
     loop {
         let (mut certain, mut rest) = (0, 0.0);
@@ -44,9 +45,10 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
         .collect()
 }
 
-/// Indices of the selected items, ascending. Item `i` is selected with probability `probabilities[i]`; the number of selected items differs
-/// from the sum of the probabilities by less than one. `u` in [0, 1) is the random offset. Neighbors in the list are rarely
-/// selected together: items sorted along a space-filling curve give a stratified subset.
+/// Indices of the selected items, ascending. Item `i` is selected with probability
+/// `probabilities[i]`; the number of selected items differs from the sum of the probabilities by
+/// less than one. `u` in [0, 1) is the random offset. Neighbors in the list are rarely selected
+/// together: items sorted along a space-filling curve give a stratified subset.
 ///
 /// Source: Madow, "On the Theory of Systematic Sampling, II", 1949. Prefix sums in `f64`.
 pub fn systematic(probabilities: &[f32], u: f32) -> Vec<usize> {

@@ -1,4 +1,5 @@
-//! Maps from the unit square to other domains, with their densities. Those that [`lanes`] has are these with one lane.
+//! Maps from the unit square to other domains, with their densities. Those that [`lanes`] has are
+//! these with one lane.
 
 use crate::lanes::{self, Float, One, Pair};
 use crate::math::{Vec2, Vec3, float::safe_sqrt};
@@ -72,7 +73,8 @@ pub fn von_mises_fisher_pdf(cos: f32, kappa: f32) -> f32 {
 /// Source: Henyey and Greenstein, "Diffuse Radiation in the Galaxy", 1941.
 #[inline]
 pub fn henyey_greenstein(u: Vec2, g: f32) -> Vec3 {
-    /// Mean cosine below which the distribution counts as uniform: the inversion would lose precision.
+    /// Mean cosine below which the distribution counts as uniform: the inversion would lose
+    /// precision.
     const ISOTROPIC: f32 = 1e-3;
     let z = if g < ISOTROPIC {
         1.0 - 2.0 * u.y
@@ -84,7 +86,8 @@ pub fn henyey_greenstein(u: Vec2, g: f32) -> Vec3 {
     polar(z, safe_sqrt(1.0 - z * z), u.x)
 }
 
-/// A point of a triangle, uniform by area, as barycentric coordinates of the second and third corner.
+/// A point of a triangle, uniform by area, as barycentric coordinates of the second and third
+/// corner.
 ///
 /// Source: Heitz, "A Low-Distortion Map", 2019.
 #[inline]

@@ -119,8 +119,9 @@ fn check_mesh(mesh: &Mesh) -> Checked {
     }
 }
 
-/// Checks that the textures of a description can be evaluated. A nested texture must precede the texture that contains it, so that there are
-/// no cycles. [`Scene::build`](super::Scene::build) checks this, too; a loader that evaluates textures needs it before.
+/// Checks that the textures of a description can be evaluated. A nested texture must precede the
+/// texture that contains it, so that there are no cycles. [`Scene::build`](super::Scene::build)
+/// checks this, too; a loader that evaluates textures needs it before.
 ///
 /// # Errors
 /// A texture contains one that is not before it, is nested too deep, or has too many parts.

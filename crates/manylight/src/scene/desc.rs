@@ -21,7 +21,8 @@ pub struct SceneDesc {
     pub instances: Vec<InstanceDesc>,
     /// Materials.
     pub materials: Vec<Material>,
-    /// Names of the materials in the file, by the same indices; missing or empty where a material has none.
+    /// Names of the materials in the file, by the same indices; missing or empty where a material
+    /// has none.
     pub material_names: Vec<String>,
     /// Textures.
     pub textures: Vec<Texture>,

@@ -26,7 +26,8 @@ use crate::sampling::{Pass, Stream};
 use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{Texture, TexturePoint};
 
-/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give a more accurate guide in more time.
+/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give
+/// a more accurate guide in more time.
 const GUIDE_RAYS: u64 = 16_384;
 
 /// A scene. Immutable, and shared by all threads.
@@ -49,11 +50,13 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Checks the description, and builds the acceleration structures. `sensor` is the index of the sensor to render.
+    /// Checks the description, and builds the acceleration structures. `sensor` is the index of the
+    /// sensor to render.
     ///
     /// # Errors
-    /// Ids out of range, cycles of materials, singular or non-finite transforms, numbers that are not finite, emitters inside of groups,
-    /// an empty film, a field of view or a distance out of its domain.
+    /// Ids out of range, cycles of materials, singular or non-finite transforms, numbers that are
+    /// not finite, emitters inside of groups, an empty film, a field of view or a distance out of
+    /// its domain.
     pub fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
@@ -82,15 +85,17 @@ impl Scene {
     /// Replaces the sensor. Nothing else is built anew.
     ///
     /// # Errors
-    /// A singular or non-finite transform, an empty film, or a number out of its domain: the sensor stays.
+    /// A singular or non-finite transform, an empty film, or a number out of its domain: the sensor
+    /// stays.
     pub fn set_sensor(&mut self, sensor: SensorDesc) -> Result<(), SceneError> {
         check_sensors::check_sensor(&sensor)?;
         self.sensor = Sensor::new(sensor);
         Ok(())
     }
 
-    /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates them on the part of the scene
-    /// that the camera sees. Depends on the scene alone, and takes a pre-pass to compute, so make it once per render.
+    /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates
+    /// them on the part of the scene that the camera sees. Depends on the scene alone, and takes a
+    /// pre-pass to compute, so make it once per render.
     pub fn emission_guide(&self) -> EmissionGuide {
         let rays = || {
             let film = self.sensor.desc().film.crop_size.as_vec2();
@@ -138,7 +143,8 @@ impl Scene {
         self.transmittance_and_crossings(segment).0
     }
 
-    /// [`Scene::transmittance`], and the number of transparent surfaces along the segment. Each of them is a path vertex.
+    /// [`Scene::transmittance`], and the number of transparent surfaces along the segment. Each of
+    /// them is a path vertex.
     pub fn transmittance_and_crossings(&self, segment: &Segment) -> (Rgb, u32) {
         if self.geometry.occluded(segment) {
             return (Rgb::BLACK, 0);
@@ -207,7 +213,8 @@ fn group_ranges(first: usize, groups: &[Vec<PrimitiveDesc>]) -> Vec<std::ops::Ra
     ranges.collect()
 }
 
-/// Finds repeated hits on the common edge of two triangles: there the segment hits both, but crosses the surface once.
+/// Finds repeated hits on the common edge of two triangles: there the segment hits both, but
+/// crosses the surface once.
 struct EdgeHits {
     hits: Vec<Hit>,
     /// Tolerance for equal positions along the segment, as a fraction of its length.

@@ -7,11 +7,11 @@ use crate::geometry::SurfaceRef;
 use crate::ids::MaterialId;
 use std::collections::{HashMap, HashSet};
 
-/// Names of the objects and materials of a scene. An index of a name is an id of an [`IdLayer`]; parts with the same name
-/// have the same id.
+/// Names of the objects and materials of a scene. An index of a name is an id of an [`IdLayer`];
+/// parts with the same name have the same id.
 ///
-/// The object of a primitive has the primitive's name, or inside of an instance that has a name, the instance's. Surfaces without a
-/// name are numbered: `object_3`.
+/// The object of a primitive has the primitive's name, or inside of an instance that has a name,
+/// the instance's. Surfaces without a name are numbered: `object_3`.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceNames {
     objects: NameTable,

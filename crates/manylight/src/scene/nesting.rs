@@ -1,9 +1,10 @@
-//! Bounds for textures in textures and materials in materials: evaluation is recursive, and a texture that occurs twice in another is
-//! evaluated twice.
+//! Bounds for textures in textures and materials in materials: evaluation is recursive, and a
+//! texture that occurs twice in another is evaluated twice.
 
 use super::error::{Checked, ensure};
 
-/// Most levels of textures or materials: far above those of artists, and few enough stack frames for recursion.
+/// Most levels of textures or materials: far above those of artists, and few enough stack frames
+/// for recursion.
 const MAX_DEPTH: u32 = 100;
 /// Most textures or materials that one of them consists of, each counted as often as it occurs.
 const MAX_PARTS: u64 = 1000;

@@ -41,7 +41,8 @@ fn placed(shape: u32, material: u32, world_from_object: Affine3A) -> PrimitiveDe
     }
 }
 
-/// Material 0 is opaque, 1 transmits three quarters, 2 transmits everything; shape 0 is a rectangle, 1 a sphere.
+/// Material 0 is opaque, 1 transmits three quarters, 2 transmits everything; shape 0 is a
+/// rectangle, 1 a sphere.
 fn desc() -> SceneDesc {
     SceneDesc {
         shapes: vec![

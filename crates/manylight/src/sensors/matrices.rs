@@ -4,7 +4,8 @@ use super::{Projection, Sensor};
 use crate::math::{Mat4, Vec2, Vec3, Vec4};
 
 impl Sensor {
-    /// From world space to the camera's, in the world's unit: x to the right of the picture, y up, z in the direction of view.
+    /// From world space to the camera's, in the world's unit: x to the right of the picture, y up,
+    /// z in the direction of view.
     pub fn camera_from_world(&self) -> Mat4 {
         let frame = self.desc.world_from_camera;
         let [x, y, z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(Vec3::from);
@@ -14,15 +15,15 @@ impl Sensor {
         Mat4::from_cols(row(axes[0]), row(axes[1]), row(axes[2]), Vec4::W).transpose()
     }
 
-    /// From world space to the full film in homogeneous coordinates: (0, 0) is its upper left corner, (1, 1) its lower right; z grows
-    /// with the distance.
+    /// From world space to the full film in homogeneous coordinates: (0, 0) is its upper left
+    /// corner, (1, 1) its lower right; z grows with the distance.
     pub fn film_from_world(&self) -> Mat4 {
         let frame = Mat4::from(self.camera_from_world);
         let extent = self.plane_extent();
         let offset = self.desc.principal_point_offset;
         let near = self.desc.near_clip;
-        // Rows of the map from the sensor's frame. A film coordinate is (1 - q / extent) / 2 - offset, with q on the plane of
-        // `Sensor::plane_position`.
+        // Rows of the map from the sensor's frame. A film coordinate is (1 - q / extent) / 2 -
+        // offset, with q on the plane of `Sensor::plane_position`.
         let rows = match self.projection {
             Projection::Perspective { tan_half_fov_x }
             | Projection::ThinLens { tan_half_fov_x, .. } => {
@@ -51,7 +52,8 @@ impl Sensor {
         Mat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose() * frame
     }
 
-    /// Center and width of the full film on the plane z = 1 of [`Sensor::camera_from_world`]; `None` for parallel rays.
+    /// Center and width of the full film on the plane z = 1 of [`Sensor::camera_from_world`];
+    /// `None` for parallel rays.
     pub fn screen_window(&self) -> Option<(Vec2, f32)> {
         match self.projection {
             Projection::Perspective { tan_half_fov_x }

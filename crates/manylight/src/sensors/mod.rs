@@ -9,7 +9,8 @@ use crate::geometry::Ray;
 use crate::math::{Affine3A, UVec2, Vec2, Vec3};
 use crate::sampling::warp;
 
-/// The projection of a sensor. As in Mitsuba, the camera looks along +z of the camera frame, with +y up and +x to the left.
+/// The projection of a sensor. As in Mitsuba, the camera looks along +z of the camera frame, with
+/// +y up and +x to the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// A pinhole.
@@ -54,8 +55,9 @@ pub struct SensorDesc {
     pub world_from_camera: Affine3A,
     /// Kind and its parameters.
     pub kind: SensorKind,
-    /// Shift of the principal point as a fraction of the full film's size (Mitsuba's `principal_point_offset_x/y`):
-    /// the ray of a film position is that of this position plus the offset without a shift. In Mitsuba only `perspective` has it.
+    /// Shift of the principal point as a fraction of the full film's size (Mitsuba's
+    /// `principal_point_offset_x/y`): the ray of a film position is that of this position plus the
+    /// offset without a shift. In Mitsuba only `perspective` has it.
     pub principal_point_offset: Vec2,
     /// Nearest visible distance along the view axis; 0: no near plane.
     pub near_clip: f32,
@@ -96,7 +98,8 @@ pub struct Sensor {
     desc: SensorDesc,
     projection: Projection,
     camera_from_world: Affine3A,
-    /// Area of a pixel on the plane z = 1 of the camera frame; for orthographic sensors perpendicular to the rays in world space.
+    /// Area of a pixel on the plane z = 1 of the camera frame; for orthographic sensors
+    /// perpendicular to the rays in world space.
     pixel_area: f32,
 }
 
@@ -118,13 +121,14 @@ pub struct SensorConnection {
     pub w: Vec3,
     /// End of the shadow ray.
     pub target: Vec3,
-    /// `W_e cosθ_lens / (d² pdf_lens)`. Flux · f · |cos ng| times this, over the number of paths, is the contribution to the radiance of
-    /// the pixel, averaged over its area.
+    /// `W_e cosθ_lens / (d² pdf_lens)`. Flux · f · |cos ng| times this, over the number of paths,
+    /// is the contribution to the radiance of the pixel, averaged over its area.
     pub importance: f32,
 }
 
 impl Sensor {
-    /// Resolves the field of view for the size of the film. For another size, change the description and call this again.
+    /// Resolves the field of view for the size of the film. For another size, change the
+    /// description and call this again.
     pub fn new(desc: SensorDesc) -> Self {
         let projection = match desc.kind {
             SensorKind::Perspective { fov, fov_axis } => Projection::Perspective {
@@ -171,7 +175,8 @@ impl Sensor {
         self.projection
     }
 
-    /// The ray through `film_position` (pixels from the upper left of the crop window, x right, y down).
+    /// The ray through `film_position` (pixels from the upper left of the crop window, x right, y
+    /// down).
     pub fn ray(&self, film_position: Vec2, u_lens: Vec2) -> CameraRay {
         let q = self.plane_position(film_position);
         let ray = match self.projection {
@@ -192,7 +197,8 @@ impl Sensor {
                 let d = world_from_camera
                     .transform_vector3(Vec3::Z)
                     .normalize_or_zero();
-                // As in Mitsuba, a scale along the axis moves the near plane but not the distance to the far plane.
+                // As in Mitsuba, a scale along the axis moves the near plane but not the distance
+                // to the far plane.
                 Ray {
                     o,
                     d,
@@ -203,7 +209,8 @@ impl Sensor {
         CameraRay { ray, weight: 1.0 }
     }
 
-    /// Connects the world-space point `p` to the sensor; `None` if it is outside of the film or of the clip planes.
+    /// Connects the world-space point `p` to the sensor; `None` if it is outside of the film or of
+    /// the clip planes.
     pub fn connect(&self, p: Vec3, u_lens: Vec2) -> Option<SensorConnection> {
         let local = self.camera_from_world.transform_point3(p);
         let (film_position, lens) = match self.projection {
@@ -239,8 +246,9 @@ impl Sensor {
         let ray = self.ray_between(lens, local);
         let from_lens = p - self.desc.world_from_camera.transform_point3(lens);
         let cos = local.z / (local - lens).length();
-        // The value of a pixel is the mean of radiance over its area and the lens. From a point of the lens, a pixel on the plane
-        // z = 1 spans the solid angle pixel_area cos³, for any plane in focus. The density of the lens point cancels.
+        // The value of a pixel is the mean of radiance over its area and the lens. From a point of
+        // the lens, a pixel on the plane z = 1 spans the solid angle pixel_area cos³, for any plane
+        // in focus. The density of the lens point cancels.
         //
         //     dω / d(pixel) = pixel_area cos³θ,    dω = cosθ_p dA / d²
         let importance = 1.0 / (self.pixel_area * cos.powi(3) * from_lens.length_squared());
@@ -289,7 +297,8 @@ impl Sensor {
         }
     }
 
-    /// From a film position to the plane on which the width of the full film covers [-1, 1]; x to the left, y up.
+    /// From a film position to the plane on which the width of the full film covers [-1, 1]; x to
+    /// the left, y up.
     fn plane_position(&self, film_position: Vec2) -> Vec2 {
         let film = &self.desc.film;
         let fraction = (film.crop_offset.as_vec2() + film_position) / film.size.as_vec2();
@@ -311,7 +320,8 @@ impl Sensor {
     }
 }
 
-/// tan of half the horizontal field of view of a film of `size` pixels. `fov` in degrees spans `axis`.
+/// tan of half the horizontal field of view of a film of `size` pixels. `fov` in degrees spans
+/// `axis`.
 fn tan_half_fov_x(fov: f32, axis: FovAxis, size: UVec2) -> f32 {
     let tan = (fov.to_radians() * 0.5).tan();
     let aspect = size.x as f32 / size.y as f32;

@@ -1,8 +1,9 @@
 //! Pearson's χ² test of samplers of directions against their densities.
 //!
-//! The sphere is divided into cells of equal solid angle. The number of samples in each cell is compared with the integral of the density
-//! over the cell. Samples without a direction (absorption, Dirac lobes) fall into an additional cell with the expected probability
-//! of one minus the integral of the density, so that the test checks this integral too.
+//! The sphere is divided into cells of equal solid angle. The number of samples in each cell is
+//! compared with the integral of the density over the cell. Samples without a direction
+//! (absorption, Dirac lobes) fall into an additional cell with the expected probability of one
+//! minus the integral of the density, so that the test checks this integral too.
 
 use crate::math::{Frame, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -44,11 +45,13 @@ pub struct ChiSquareResult {
     pub mass: f64,
 }
 
-/// Smallest expected number of samples of a cell, the usual limit of the test's approximation; cells below are merged.
+/// Smallest expected number of samples of a cell, the usual limit of the test's approximation;
+/// cells below are merged.
 const MIN_EXPECTED: f64 = 5.0;
 
-/// Tests samples against their density. `sample(i)` is the i-th independent sample, `pdf` its density per solid angle. The cells are arranged
-/// around the unit vector `axis`, which should be an axis of symmetry of the density or the normal of its horizon.
+/// Tests samples against their density. `sample(i)` is the i-th independent sample, `pdf` its
+/// density per solid angle. The cells are arranged around the unit vector `axis`, which should be
+/// an axis of symmetry of the density or the normal of its horizon.
 pub fn test_directions(
     axis: Vec3,
     resolution: Resolution,
@@ -92,7 +95,8 @@ pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
             count += 1;
         }
     }
-    // The expected count of the merged cell may still be below the limit: then the limit replaces it.
+    // The expected count of the merged cell may still be below the limit: then the limit replaces
+    // it.
     if rest_observed > 0.0 || rest_expected > 0.0 {
         sum += (rest_observed - rest_expected).powi(2) / rest_expected.max(MIN_EXPECTED);
         count += 1;
@@ -102,7 +106,8 @@ pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
 
 /// Regularized upper incomplete gamma function Q(a, x).
 ///
-/// Source: Press et al., "Numerical Recipes", section 6.2: the series below a + 1, Lentz's continued fraction above.
+/// Source: Press et al., "Numerical Recipes", section 6.2: the series below a + 1, Lentz's
+/// continued fraction above.
 pub fn upper_gamma(a: f64, x: f64) -> f64 {
     /// Relative size of a term at which the series and the fraction end.
     const CONVERGED: f64 = 1e-14;
@@ -136,7 +141,8 @@ pub fn upper_gamma(a: f64, x: f64) -> f64 {
     scale * h
 }
 
-/// Logarithm of the gamma function: Stirling's series, with the argument raised to at least 15 by recurrence.
+/// Logarithm of the gamma function: Stirling's series, with the argument raised to at least 15 by
+/// recurrence.
 fn ln_gamma(mut x: f64) -> f64 {
     let mut shift = 0.0;
     while x < 15.0 {

@@ -76,8 +76,8 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// An empty scene with a pinhole camera at `eye` that looks at `target`: horizontal field of view `fov` in degrees, square film of
-    /// `size`² pixels.
+    /// An empty scene with a pinhole camera at `eye` that looks at `target`: horizontal field of
+    /// view `fov` in degrees, square film of `size`² pixels.
     pub fn new(eye: Vec3, target: Vec3, fov: f32, size: u32) -> Self {
         let z = (target - eye).normalize();
         let x = Vec3::Y.cross(z).normalize();
@@ -148,7 +148,8 @@ impl Builder {
         });
     }
 
-    /// Adds a rectangle around `center` with the half edges `a` and `b`; the normal is along `a x b`.
+    /// Adds a rectangle around `center` with the half edges `a` and `b`; the normal is along
+    /// `a x b`.
     pub fn rectangle(
         &mut self,
         center: Vec3,
@@ -162,7 +163,8 @@ impl Builder {
         self.place(Shape::Mesh(Mesh::rectangle()), to_world, material, emitter);
     }
 
-    /// Adds the six faces of the cube [-1, 1]³ with inward normals. Order of `materials`: -x, +x, -y, +y, -z, +z.
+    /// Adds the six faces of the cube [-1, 1]³ with inward normals. Order of `materials`: -x, +x,
+    /// -y, +y, -z, +z.
     pub fn room(&mut self, materials: [MaterialId; 6], emitter: Option<EmitterId>) {
         let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
         let faces = [
@@ -187,7 +189,8 @@ impl Builder {
     }
 }
 
-/// A furnace: a closed room with albedo `rho` and emitted radiance 1 on all walls. The radiance is 1 / (1 - rho) everywhere.
+/// A furnace: a closed room with albedo `rho` and emitted radiance 1 on all walls. The radiance is
+/// 1 / (1 - rho) everywhere.
 pub fn furnace(rho: f32, size: u32) -> Builder {
     let mut b = Builder::new(
         Vec3::new(0.1, 0.2, -0.7),
@@ -201,7 +204,8 @@ pub fn furnace(rho: f32, size: u32) -> Builder {
     b
 }
 
-/// A room with colored walls, an area light under the ceiling, a glossy floor, a metal block and a plastic block.
+/// A room with colored walls, an area light under the ceiling, a glossy floor, a metal block and a
+/// plastic block.
 pub fn glossy_box(size: u32) -> Builder {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),

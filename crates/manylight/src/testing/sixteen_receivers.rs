@@ -52,7 +52,8 @@ impl SixteenReceivers {
     }
 }
 
-/// [`Emitters::sample`] for the receivers of `lanes`. The numbers `u` by receiver choose the emitter and a point on it, in this order.
+/// [`Emitters::sample`] for the receivers of `lanes`. The numbers `u` by receiver choose the
+/// emitter and a point on it, in this order.
 pub fn sample_sixteen(
     emitters: &Emitters,
     geometry: &Geometry,

@@ -11,8 +11,8 @@ pub fn layer_mean(film: &Film, layer: Layer) -> f64 {
     image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len() as f64
 }
 
-/// Mean of a term of the path partition over all pixels and channels: of virtual lights the sum with their compensation, which
-/// shares the paths of that term.
+/// Mean of a term of the path partition over all pixels and channels: of virtual lights the sum
+/// with their compensation, which shares the paths of that term.
 ///
 /// # Panics
 /// If the film does not record the layer.
@@ -46,8 +46,8 @@ pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
     })
 }
 
-/// z-scores of the beauty between two films, by block of `size` x `size` pixels and channel: the difference of the means over its standard
-/// error. Valid for independent pixels.
+/// z-scores of the beauty between two films, by block of `size` x `size` pixels and channel: the
+/// difference of the means over its standard error. Valid for independent pixels.
 pub fn block_z_scores(a: &Film, b: &Film, size: usize) -> Vec<f64> {
     let (image_a, image_b) = (
         a.image(Layer::Beauty).unwrap_or_default(),

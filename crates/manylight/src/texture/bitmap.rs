@@ -27,8 +27,8 @@ pub enum Wrap {
 
 /// An image over the uv square. Values are linear: the loader decodes them.
 ///
-/// The top row is at v = 0, as in Mitsuba 3. There the mesh loaders flip the v axis (`flip_tex_coords`, on for OBJ), never the texture. Texel
-/// centers are at half-integers.
+/// The top row is at v = 0, as in Mitsuba 3. There the mesh loaders flip the v axis
+/// (`flip_tex_coords`, on for OBJ), never the texture. Texel centers are at half-integers.
 #[derive(Clone, Debug)]
 pub struct Bitmap {
     /// One or three channels, linear.
@@ -41,8 +41,8 @@ pub struct Bitmap {
     pub uv_transform: Mat3,
 }
 
-/// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half texels at
-/// best, and [`Float::floor`] is not defined.
+/// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32`
+/// resolves half texels at best, and [`Float::floor`] is not defined.
 const FARTHEST_TEXEL: f32 = 4e6;
 
 /// The lookups of bilinear interpolation.
@@ -79,10 +79,12 @@ impl Bitmap {
         mix(mix(v00, v10, f.x), mix(v01, v11, f.x), f.y)
     }
 
-    /// Derivatives of [`Bitmap::eval_float`] by u and by v; zero for [`Filtering::Nearest`], as in Mitsuba.
+    /// Derivatives of [`Bitmap::eval_float`] by u and by v; zero for [`Filtering::Nearest`], as in
+    /// Mitsuba.
     ///
-    /// Like Mitsuba's `eval_1_grad`, this multiplies by the resolution after the transform, not before. This differs for a non-square image
-    /// with a rotation in `uv_transform`, and makes bump maps look alike.
+    /// Like Mitsuba's `eval_1_grad`, this multiplies by the resolution after the transform, not
+    /// before. This differs for a non-square image with a rotation in `uv_transform`, and makes
+    /// bump maps look alike.
     #[inline(always)]
     pub(super) fn gradient<S: Width>(&self, uv: Pair<S>) -> Pair<S> {
         if self.filtering == Filtering::Nearest {
@@ -183,7 +185,8 @@ impl Bitmap {
         if channels < 3 {
             return Color::grey(self.first_channel(s, texels));
         }
-        // Four values from the first of a texel on; they end in the next texel, which the last one lacks.
+        // Four values from the first of a texel on; they end in the next texel, which the last one
+        // lacks.
         let last = match *data {
             [.., r, g, b] => [r, g, b, 0.0],
             _ => [0.0; 4],

@@ -15,7 +15,8 @@ pub enum Texture {
     Bitmap(Bitmap),
     /// A checkerboard of two colors, with one period per unit of transformed uv.
     Checkerboard {
-        /// Color of the cells in which the fractions of u and v are both up to 1/2 or both above. Nested textures get the untransformed uv.
+        /// Color of the cells in which the fractions of u and v are both up to 1/2 or both above.
+        /// Nested textures get the untransformed uv.
         color0: ColorInput,
         /// Color of the other cells.
         color1: ColorInput,
@@ -40,7 +41,8 @@ pub enum Texture {
     },
     /// Colors of the vertices of one mesh. Only materials of this mesh may use it.
     VertexColors(VertexValues<Rgb>),
-    /// Another texture at other texture coordinates than those of the mesh. Only materials of this mesh may use it.
+    /// Another texture at other texture coordinates than those of the mesh. Only materials of this
+    /// mesh may use it.
     OtherUv {
         /// The texture coordinates.
         uvs: VertexValues<Vec2>,

@@ -41,17 +41,21 @@ impl Texture {
             .into()
     }
 
-    /// Filtered luminance at a point, for float parameters; of a product, the product of the luminances.
+    /// Filtered luminance at a point, for float parameters; of a product, the product of the
+    /// luminances.
     ///
-    /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].
+    /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against
+    /// [`Texture::eval`].
     pub fn eval_float(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
         let at = at.into();
         let value = Lookup::new(self, at.in_lane(&at.reference()), textures).value();
         value.get()
     }
 
-    /// Derivatives of [`Texture::eval_float`] by u and by v, for bump maps. `dp` are those of the position. As in Mitsuba's `eval_1_grad`, from
-    /// the four texels of the lookup; 0 for checkerboards, dots and values of vertices. Products and mixtures follow the rules of derivatives.
+    /// Derivatives of [`Texture::eval_float`] by u and by v, for bump maps. `dp` are those of the
+    /// position. As in Mitsuba's `eval_1_grad`, from the four texels of the lookup; 0 for
+    /// checkerboards, dots and values of vertices. Products and mixtures follow the rules of
+    /// derivatives.
     pub fn gradient(
         &self,
         at: impl Into<TexturePoint>,
@@ -452,8 +456,8 @@ fn is_main_cell<S: Width>(p: Pair<S>) -> Mask<S> {
 /// The lanes with a fraction above 1/2.
 #[inline(always)]
 fn is_upper<S: Width>(x: Float<S>) -> Mask<S> {
-    /// Largest coordinate; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half cells at best, and [`Float::floor`] is not
-    /// defined.
+    /// Largest coordinate; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half cells
+    /// at best, and [`Float::floor`] is not defined.
     const FARTHEST: f32 = 4e6;
     let x = x.clamp(-FARTHEST, FARTHEST);
     (x - x.floor()).gt(0.5)

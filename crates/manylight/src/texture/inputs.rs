@@ -12,7 +12,8 @@ pub enum ColorInput {
     Texture(TextureId),
 }
 
-/// A number that may vary over the surface. A texture gives its luminance, as in Mitsuba's `eval_1`.
+/// A number that may vary over the surface. A texture gives its luminance, as in Mitsuba's
+/// `eval_1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloatInput {
     /// Constant value.

@@ -170,7 +170,8 @@ fn places(random: &mut Pcg) -> [TexturePoint; 16] {
     })
 }
 
-/// Places at which a rounding in another order may choose other texels or cells are rare. This many may differ.
+/// Places at which a rounding in another order may choose other texels or cells are rare. This many
+/// may differ.
 const JUMPS: usize = 6;
 
 #[test]

@@ -1,11 +1,12 @@
 //! Gradient noise, and sums of its octaves.
 //!
-//! Source of the noise: Perlin, "Improving Noise", SIGGRAPH 2002. The sums are those of pbrt-v4 with all octaves, which it fades out where they
-//! are smaller than a pixel.
+//! Source of the noise: Perlin, "Improving Noise", SIGGRAPH 2002. The sums are those of pbrt-v4
+//! with all octaves, which it fades out where they are smaller than a pixel.
 
 use crate::math::Vec3;
 
-/// Factor of the frequency from one octave to the next: not 2, so that the lattices of octaves do not coincide.
+/// Factor of the frequency from one octave to the next: not 2, so that the lattices of octaves do
+/// not coincide.
 const LACUNARITY: f32 = 1.99;
 
 /// A permutation of 0 to 255: the one of Perlin's reference implementation.
@@ -43,7 +44,8 @@ pub(super) fn noise(p: Vec3) -> f32 {
     lerp(w[2], along_y(0), along_y(4))
 }
 
-/// The sum of `octaves` octaves of noise, each with `roughness` times the amplitude of the one before.
+/// The sum of `octaves` octaves of noise, each with `roughness` times the amplitude of the one
+/// before.
 pub(super) fn fractal(p: Vec3, roughness: f32, octaves: u32) -> f32 {
     sum_octaves(p, roughness, octaves, |v| v)
 }
@@ -75,7 +77,8 @@ fn hash(at: [usize; 3]) -> u8 {
     })
 }
 
-/// The product of `d` and one of the 12 directions from the center of a cube to its edges, four of them twice.
+/// The product of `d` and one of the 12 directions from the center of a cube to its edges, four of
+/// them twice.
 fn gradient_product(hash: u8, d: Vec3) -> f32 {
     let h = hash & 15;
     let u = if h < 8 || h == 12 || h == 13 {
@@ -120,7 +123,8 @@ mod tests {
         assert!((noise(p) - noise(p + 256.0)).abs() < 1e-4);
     }
 
-    /// Values of the formulas by hand: at the center of a cell all weights are 1/2 and the offsets are ±1/2.
+    /// Values of the formulas by hand: at the center of a cell all weights are 1/2 and the offsets
+    /// are ±1/2.
     #[test]
     fn the_center_of_a_cell_averages_its_corners() {
         let mean: f32 = (0..8)

@@ -97,7 +97,8 @@ impl TexturePoint {
 /// Values at the vertices of one mesh, interpolated linearly over its triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VertexValues<T> {
-    /// Indices of the values at the corners of each triangle of the mesh; all smaller than `values.len()`.
+    /// Indices of the values at the corners of each triangle of the mesh; all smaller than
+    /// `values.len()`.
     pub triangles: Vec<[u32; 3]>,
     /// The values.
     pub values: Vec<T>,

@@ -52,7 +52,8 @@ pub enum Pattern {
     },
 }
 
-/// Colors of marble, as control points of cubic Bézier curves from each of the first six to the third after it. Source: pbrt-v4.
+/// Colors of marble, as control points of cubic Bézier curves from each of the first six to the
+/// third after it. Source: pbrt-v4.
 const MARBLE: [[f32; 3]; 9] = [
     [0.58, 0.58, 0.6],
     [0.58, 0.58, 0.6],
@@ -69,8 +70,8 @@ const MARBLE_SCALE: f32 = 1.5;
 /// Upper bound of the colors' channels.
 const MARBLE_MAX: f32 = MARBLE_SCALE * 0.6;
 
-/// Half of the distance over which patterns are differentiated, in their space: below the period of 11 octaves, above the rounding
-/// of coordinates up to 1000.
+/// Half of the distance over which patterns are differentiated, in their space: below the period of
+/// 11 octaves, above the rounding of coordinates up to 1000.
 const GRADIENT_STEP: f32 = 5e-4;
 
 impl Solid {
@@ -189,7 +190,8 @@ fn is_even_cell(p: Vec3) -> bool {
     sum.rem_euclid(2.0) == 0.0
 }
 
-/// Discs of radius 0.35 in about half of the unit squares of texture space, where noise decides. Source: pbrt-v4.
+/// Discs of radius 0.35 in about half of the unit squares of texture space, where noise decides.
+/// Source: pbrt-v4.
 pub(super) fn is_in_dot(uv: Vec2) -> bool {
     const RADIUS: f32 = 0.35;
     const MAX_SHIFT: f32 = 0.5 - RADIUS;
@@ -241,8 +243,8 @@ impl Projection {
         }
     }
 
-    /// Derivatives of the position by u and v of the surface to those of the projected coordinates: columns are d(u', v')/du and
-    /// d(u', v')/dv. By differences, except on planes.
+    /// Derivatives of the position by u and v of the surface to those of the projected coordinates:
+    /// columns are d(u', v')/du and d(u', v')/dv. By differences, except on planes.
     pub(super) fn derivatives(&self, p: Vec3, dp: [Vec3; 2]) -> [Vec2; 2] {
         dp.map(|d| match self.kind {
             ProjectionKind::Planar { axes, .. } => {

@@ -1,4 +1,5 @@
-//! The light tracer is the adjoint of the path tracer: all differences between the two directions must cancel.
+//! The light tracer is the adjoint of the path tracer: all differences between the two directions
+//! must cancel.
 
 use crate::common::film;
 use manylight::color::Rgb;
@@ -14,7 +15,8 @@ fn check(scene: &Scene, path_passes: u32, light_passes: u32) {
     let path = film(scene, MethodKind::Path, path_passes, 1);
     let light = film(scene, MethodKind::LightTracer, light_passes, 2);
     for ((a, se_a), (b, se_b)) in channel_means(&path).into_iter().zip(channel_means(&light)) {
-        // Pixels of the light tracer are correlated along paths: 2 % covers that beside the pixel variances.
+        // Pixels of the light tracer are correlated along paths: 2 % covers that beside the pixel
+        // variances.
         assert!(
             (a - b).abs() < 4.0 * (se_a + se_b) + 0.02 * a,
             "means {a} and {b}, standard errors {se_a}, {se_b}"
@@ -34,7 +36,8 @@ fn glossy_room() {
     check(&glossy_box(32).build(), 256, 512);
 }
 
-/// A coarse sphere with interpolated normals: shading and geometric normals differ by up to 20 degrees.
+/// A coarse sphere with interpolated normals: shading and geometric normals differ by up to 20
+/// degrees.
 #[test]
 fn shading_normals() {
     let mut b = glossy_box(32);
@@ -85,8 +88,9 @@ fn refraction() {
     check(&b.build(), 1024, 512);
 }
 
-/// A block of smooth glass in one half of the view. No photon that meets the camera can come from a delta event: that half is black, as
-/// documented. The other half agrees with path tracing, with the light that comes through the glass.
+/// A block of smooth glass in one half of the view. No photon that meets the camera can come from a
+/// delta event: that half is black, as documented. The other half agrees with path tracing, with
+/// the light that comes through the glass.
 #[test]
 fn smooth_glass_in_view_is_black() {
     let mut b = Builder::new(Vec3::new(0.0, 2.0, -1.5), Vec3::ZERO, 40.0, 32);

@@ -44,7 +44,8 @@ fn photon_map(photon_paths: u32) -> MethodKind {
     })
 }
 
-/// Tolerance of the emission layer, relative to the mean of the beauty: the lamp covers few pixels, so that few passes have noise there.
+/// Tolerance of the emission layer, relative to the mean of the beauty: the lamp covers few pixels,
+/// so that few passes have noise there.
 const EMISSION_TOLERANCE: f64 = 0.06;
 
 /// Asserts that each term differs by at most `tolerance` times the mean of the beauty.
@@ -70,7 +71,8 @@ fn rich_vpl_in_a_glossy_room() {
     check(&glossy_box(32).build(), rich(), 8, 1e-2);
 }
 
-/// The sky through a slit in the ceiling: directions are sampled from the surfaces, emitter samples from the sky and from the guide.
+/// The sky through a slit in the ceiling: directions are sampled from the surfaces, emitter samples
+/// from the sky and from the guide.
 fn room_under_a_window() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),
@@ -129,7 +131,8 @@ fn rich_vpl_with_specular_objects() {
     check(&room_with_specular_objects(), rich(), 12, 1.5e-2);
 }
 
-/// A metal floor before a mirror: specular chains see lit walls in the mirror, and photons estimate the reflected lamp.
+/// A metal floor before a mirror: specular chains see lit walls in the mirror, and photons estimate
+/// the reflected lamp.
 fn mirror_over_a_glossy_floor() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),
@@ -159,7 +162,8 @@ fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
     check(&mirror_over_a_glossy_floor(), rich(), 12, 1e-2);
 }
 
-/// Photons account for the light that the floor sees in the mirror, where they are dense, and directions for the rest.
+/// Photons account for the light that the floor sees in the mirror, where they are dense, and
+/// directions for the rest.
 #[test]
 fn rich_vpl_with_dense_photons_in_a_mirror_over_a_glossy_floor() {
     for photon_paths in [4000, 300_000] {
@@ -264,7 +268,8 @@ fn the_terms_sum_to_the_beauty() {
     }
 }
 
-/// Every value of every axis, in a room where each has a small bias: within the bias that the documentation states.
+/// Every value of every axis, in a room where each has a small bias: within the bias that the
+/// documentation states.
 #[test]
 fn all_axes_give_nearly_the_same_room() {
     let scene = glossy_box(32).build();

@@ -1,4 +1,5 @@
-//! Clamping and its compensation add up to the path tracer, in corners and at contacts, with few lights and a strong clamp.
+//! Clamping and its compensation add up to the path tracer, in corners and at contacts, with few
+//! lights and a strong clamp.
 
 use crate::common::film;
 use manylight::bsdf::Material;
@@ -74,14 +75,15 @@ fn no_light_is_lost_in_corners() {
     assert_whole(&corner(24, diffuse(0.8, 0.8, 0.8)), 2048, 4e-3);
 }
 
-/// Of the lamp light that low-roughness lobes reflect, directions and photons each account for a part: the sum is complete.
+/// Of the lamp light that low-roughness lobes reflect, directions and photons each account for a
+/// part: the sum is complete.
 #[test]
 fn light_that_metal_reflects_nearby_is_not_lost() {
     assert_whole(&corner(24, rough_metal(0.1)), 4096, 6e-3);
 }
 
-/// A small lamp that a metal floor reflects to the foot of a wall: most of the light there is close to what reflects it, in directions
-/// that only photons find.
+/// A small lamp that a metal floor reflects to the foot of a wall: most of the light there is close
+/// to what reflects it, in directions that only photons find.
 fn metal_before_wall() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.5, -1.5),
@@ -106,7 +108,8 @@ fn metal_before_wall() -> Scene {
     b.build()
 }
 
-/// Under a small limit of path length, photons after a reflection by metal still compensate clamping.
+/// Under a small limit of path length, photons after a reflection by metal still compensate
+/// clamping.
 #[test]
 fn no_light_is_lost_at_the_limit_of_path_length() {
     let mut scene = metal_before_wall();

@@ -1,4 +1,5 @@
-//! Alpha, positions and mattes of objects and materials: against areas that are known, by every method with camera paths.
+//! Alpha, positions and mattes of objects and materials: against areas that are known, by every
+//! method with camera paths.
 
 use crate::common::film_with;
 use manylight::bsdf::Material;
@@ -32,8 +33,8 @@ fn methods() -> [(MethodKind, u32); 4] {
     ]
 }
 
-/// The camera at z = 10 looks at the square [-1, 1]² of the plane z = 0, which fills the film. Its right half has a sheet of opacity
-/// 0.25, its upper half an opaque emitter behind, at z = 0.
+/// The camera at z = 10 looks at the square [-1, 1]² of the plane z = 0, which fills the film. Its
+/// right half has a sheet of opacity 0.25, its upper half an opaque emitter behind, at z = 0.
 fn sheets() -> Builder {
     let fov = 2.0 * (0.1_f32).atan().to_degrees();
     let mut b = Builder::new(Vec3::Z * 10.0, Vec3::ZERO, fov, SIZE);
@@ -66,7 +67,8 @@ fn render(scene: &Scene, kind: MethodKind, passes: u32) -> Film {
     film_with(scene, kind, all_layers(), passes, 3)
 }
 
-/// Mean coverage of a quadrant by a name; quadrants are upper left, upper right, lower left, lower right.
+/// Mean coverage of a quadrant by a name; quadrants are upper left, upper right, lower left, lower
+/// right.
 fn coverage(film: &Film, scene: &Scene, layer: IdLayer, name: &str, quadrant: usize) -> f32 {
     let id = scene.names.names(layer).iter().position(|n| n == name);
     let id = id.expect("the name belongs to the scene") as u32;
@@ -210,7 +212,8 @@ fn alpha_follows_filters_with_negative_lobes() {
     let sensor = &mut b.desc.sensors[0].film;
     sensor.filter = Filter::Mitchell { b: 0.2, c: 0.6 };
     sensor.crop_size = UVec2::new(4, SIZE);
-    // The left half: only the emitter of radiance 1, so that the image is the coverage. The sheet is not in view.
+    // The left half: only the emitter of radiance 1, so that the image is the coverage. The sheet
+    // is not in view.
     b.desc.primitives.remove(0);
     let scene = b.build();
     let film = render(&scene, MethodKind::Path, 2048);

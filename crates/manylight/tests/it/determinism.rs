@@ -48,8 +48,9 @@ fn any_unit_of_length_gives_the_same_picture() {
                 .unwrap()
         };
         let meters = render(1.0);
-        // Millimeters and more. A power of two keeps nearly every rounding, so that the images agree almost everywhere. Where one
-        // differs, a path may take another decision; the more light is left to directions, the more pixels have such a path.
+        // Millimeters and more. A power of two keeps nearly every rounding, so that the images
+        // agree almost everywhere. Where one differs, a path may take another decision; the more
+        // light is left to directions, the more pixels have such a path.
         for scale in [1024.0, 1.0 / 64.0] {
             let scaled = render(scale);
             let differing = meters

@@ -43,7 +43,8 @@ fn rich_vpl() {
 
 #[test]
 fn vpl() {
-    // Without a clamp, the lights are unbiased; many of them, since the singularity makes them noisy.
+    // Without a clamp, the lights are unbiased; many of them, since the singularity makes them
+    // noisy.
     let clamp = manylight::integrators::many_light::ClampRule::None;
     let vpl = ManyLight {
         photon_paths: 20_000,

@@ -1,5 +1,6 @@
-//! Emitters that the camera must not see, by Mitsuba's rule (radiances measured with Mitsuba 3.9.1's `path`): they are not
-//! there up to the first other surface, and are seen behind it; the environment is seen after the first scattering event.
+//! Emitters that the camera must not see, by Mitsuba's rule (radiances measured with Mitsuba
+//! 3.9.1's `path`): they are not there up to the first other surface, and are seen behind it; the
+//! environment is seen after the first scattering event.
 
 use crate::common::film;
 use manylight::bsdf::Material;
@@ -13,8 +14,8 @@ use manylight::testing::scenes::{Builder, diffuse};
 use manylight::testing::statistics::channel_means;
 use manylight::texture::{ColorInput, FloatInput};
 
-/// The camera at z = 10 looks down the axis to 0; `emitters` and `sheets` are heights of black emitters of radiance 3 and of
-/// sheets of the given material.
+/// The camera at z = 10 looks down the axis to 0; `emitters` and `sheets` are heights of black
+/// emitters of radiance 3 and of sheets of the given material.
 fn tower(emitters: &[f32], sheets: &[(f32, Material)], max_depth: Option<u32>) -> Builder {
     let mut b = Builder::new(Vec3::Z * 10.0, Vec3::ZERO, 10.0, 4);
     let lamp = b.area_light(Rgb::splat(3.0));

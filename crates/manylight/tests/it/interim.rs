@@ -108,7 +108,8 @@ fn irradiance_is_that_of_the_lamp() {
     let maps = maps(&scene, small(Placement::Importance));
     let middle = scene.sensor.connect(Vec3::ZERO, Vec2::splat(0.5)).unwrap();
     let at = middle.film_position.floor().as_uvec2();
-    // L A cos² / d² of a lamp of 1 m² that is 4 m above and 1.5 m before, and some light reflected by the wall.
+    // L A cos² / d² of a lamp of 1 m² that is 4 m above and 1.5 m before, and some light reflected
+    // by the wall.
     let d2 = 4.0f32 * 4.0 + 1.5 * 1.5;
     let direct = 10.0 * 16.0 / (d2 * d2);
     let found = maps.irradiance[(at.y * SIZE + at.x) as usize].g;

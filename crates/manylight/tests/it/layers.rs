@@ -1,5 +1,5 @@
-//! The layers listed in the `lib.rs` of a crate hold: imports go strictly downwards. In every crate, no circle of imports ties the
-//! files and folders of one folder together.
+//! The layers listed in the `lib.rs` of a crate hold: imports go strictly downwards. In every
+//! crate, no circle of imports ties the files and folders of one folder together.
 
 use crate::source::{Crate, Edge, Path};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,8 +16,9 @@ fn crates() -> Vec<Crate> {
     folders.iter().map(|folder| Crate::read(folder)).collect()
 }
 
-/// Module → layer, from the list under the heading "Layers" in the documentation of a crate: in each line the number of the layer, its
-/// modules, and after two spaces what they are. `None` without such a list.
+/// Module → layer, from the list under the heading "Layers" in the documentation of a crate: in
+/// each line the number of the layer, its modules, and after two spaces what they are. `None`
+/// without such a list.
 fn layers(documentation: &str) -> Option<BTreeMap<String, u32>> {
     let section = documentation.split("//! # Layers").nth(1)?;
     let list = section.split("```text").nth(1)?.split("```").next()?;
@@ -71,10 +72,12 @@ fn imports_go_strictly_downwards() {
     );
 }
 
-/// The imports among the entries of one folder: entry → imported entry → an example, as two modules.
+/// The imports among the entries of one folder: entry → imported entry → an example, as two
+/// modules.
 type Imports = BTreeMap<String, BTreeMap<String, String>>;
 
-/// The imports among the files and folders in `folder`; its own file is called `mod`. Re-exports by that file are no imports.
+/// The imports among the files and folders in `folder`; its own file is called `mod`. Re-exports by
+/// that file are no imports.
 fn imports_among_entries(folder: &Path, edges: &[Edge]) -> Imports {
     let entry = |module: &Path| -> Option<String> {
         let inner = module.strip_prefix(folder.as_slice())?;
@@ -93,7 +96,8 @@ fn imports_among_entries(folder: &Path, edges: &[Edge]) -> Imports {
     imports
 }
 
-/// Removes entries that import none or that none imports, again and again: what is left are circles and what connects them.
+/// Removes entries that import none or that none imports, again and again: what is left are circles
+/// and what connects them.
 fn circles(mut imports: Imports) -> Imports {
     loop {
         let before: usize = imports.values().map(BTreeMap::len).sum();

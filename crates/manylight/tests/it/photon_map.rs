@@ -9,7 +9,8 @@ use manylight::scene::Scene;
 use manylight::testing::scenes::{Builder, diffuse, glossy_box};
 use manylight::testing::statistics::layer_mean;
 
-/// A floor under a small lamp, with a screen between them that shadows half of the floor, seen from above.
+/// A floor under a small lamp, with a screen between them that shadows half of the floor, seen from
+/// above.
 fn floor_in_half_shadow() -> Scene {
     let mut b = Builder::new(Vec3::new(0.0, 4.0, -0.1), Vec3::ZERO, 22.0, 48);
     let grey = b.material(diffuse(0.5, 0.5, 0.5));
@@ -54,7 +55,8 @@ fn photon_map(method: PhotonMap, photon_paths: u32) -> MethodKind {
     })
 }
 
-/// The mean is right, at the edges of the floor as well. The edge of the shadow is blurred, less so with more photons.
+/// The mean is right, at the edges of the floor as well. The edge of the shadow is blurred, less so
+/// with more photons.
 #[test]
 fn the_direct_photon_map_blurs_and_keeps_the_mean() {
     let scene = floor_in_half_shadow();

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 /// Quadrature points per dimension for light into a denser medium; an even number. Not measured.
 const NODES: usize = 32;
-/// Quadrature points per dimension for light into a thinner medium; an even number. Total reflection makes the integrand
-/// discontinuous; with 64 points the error is below 10⁻³.
+/// Quadrature points per dimension for light into a thinner medium; an even number. Total
+/// reflection makes the integrand discontinuous; with 64 points the error is below 10⁻³.
 const NODES_WITH_TOTAL_REFLECTION: usize = 64;
 /// Cosine that replaces 0, where the distribution of visible normals has no limit.
 const MIN_COSINE: f32 = 1e-6;
@@ -181,8 +181,8 @@ impl FacetEvent {
 
 /// The mean of an event over the visible facets, for each cosine.
 ///
-/// The integrand is symmetric to the plane of incidence, and mirroring one random number mirrors the facet. So half of the points in
-/// that dimension are evaluated.
+/// The integrand is symmetric to the plane of incidence, and mirroring one random number mirrors
+/// the facet. So half of the points in that dimension are evaluated.
 #[derive(Clone, Copy)]
 struct FacetMean<'a> {
     cosines: &'a [f32],

@@ -1,4 +1,5 @@
-//! Tables of all rough coats of a scene. Few are integrated one by one; many are interpolated between integrated ones.
+//! Tables of all rough coats of a scene. Few are integrated one by one; many are interpolated
+//! between integrated ones.
 
 use super::coat::{COSINES, Coat};
 use crate::bsdf::material::Distribution;
@@ -15,9 +16,11 @@ pub(in crate::bsdf) struct CoatParameters {
 
 /// Most coats that are integrated one by one: as many as the family below integrates.
 const MAX_INTEGRATED: usize = ALPHA_NODES * ETA_NODES;
-/// Nodes over ln alpha. From alpha 10⁻⁴ to 1, GGX transmittances are off by at most 2·10⁻⁵ with 24 nodes and 4·10⁻⁴ with 16; with Beckmann's, by 10⁻⁴.
+/// Nodes over ln alpha. From alpha 10⁻⁴ to 1, GGX transmittances are off by at most 2·10⁻⁵ with 24
+/// nodes and 4·10⁻⁴ with 16; with Beckmann's, by 10⁻⁴.
 const ALPHA_NODES: usize = 24;
-/// Nodes over ln |η - 1|. From 1.01 to 2.5, GGX transmittances are off by at most 10⁻⁶; from 1.0001 to 4, by 3·10⁻⁴. Not measured below 1.
+/// Nodes over ln |η - 1|. From 1.01 to 2.5, GGX transmittances are off by at most 10⁻⁶; from 1.0001
+/// to 4, by 3·10⁻⁴. Not measured below 1.
 const ETA_NODES: usize = 12;
 /// Smallest alpha of [`super::microfacet`]; smaller values count as this one.
 const MIN_ALPHA: f32 = 1e-4;
@@ -133,15 +136,16 @@ impl Family {
     }
 }
 
-/// Nodes of a polynomial, with the weights of the second form of the barycentric formula.
-/// Source: Berrut and Trefethen, "Barycentric Lagrange Interpolation", SIAM Review 46, 2004, section 5.
+/// Nodes of a polynomial, with the weights of the second form of the barycentric formula. Source:
+/// Berrut and Trefethen, "Barycentric Lagrange Interpolation", SIAM Review 46, 2004, section 5.
 struct Nodes {
     at: Vec<f64>,
     weights: Vec<f64>,
 }
 
 impl Nodes {
-    /// `count` Chebyshev points of the first kind over the range of the values; if there are fewer different values, these.
+    /// `count` Chebyshev points of the first kind over the range of the values; if there are fewer
+    /// different values, these.
     fn spanning(values: impl Iterator<Item = f64>, count: usize) -> Self {
         let mut at: Vec<f64> = values.collect();
         at.sort_by(f64::total_cmp);

@@ -11,7 +11,8 @@ use crate::color::Rgb;
 use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
 use crate::math::Vec3;
 
-/// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal: facets reflect at other angles.
+/// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal:
+/// facets reflect at other angles.
 const MIN_FACET_REFLECTANCE: f32 = 0.05;
 
 /// A smooth, one-sided conductor.

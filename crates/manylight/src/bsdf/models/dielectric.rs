@@ -12,7 +12,8 @@ use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
-/// Bounds of the reflectance of a rough interface where it is estimated at the surface normal: facets reflect and refract at other angles.
+/// Bounds of the reflectance of a rough interface where it is estimated at the surface normal:
+/// facets reflect and refract at other angles.
 const FACET_REFLECTANCES: [f32; 2] = [0.05, 0.95];
 
 /// Factors of the reflected and of the transmitted light of an interface.
@@ -29,8 +30,8 @@ impl<S: Width> InterfaceTints<S> {
         self.reflection.max_channel() * r + self.transmission.max_channel() * (1.0 - r)
     }
 
-    /// Probability of sampling reflection, in proportion to the light that both events return, and the lanes in which they return
-    /// any.
+    /// Probability of sampling reflection, in proportion to the light that both events return, and
+    /// the lanes in which they return any.
     #[inline(always)]
     fn reflection_probability(&self, r: Float<S>) -> (Float<S>, Mask<S>) {
         let all = self.albedo_estimate(r);
@@ -130,7 +131,8 @@ impl<S: Width> ScatteringModel<S> for RoughDielectric<S> {
         let masking = self.facets.masking(wi, half.m) * self.facets.masking(wo, half.m);
         let common = self.facets.density(half.m) * masking / wo.z.abs();
         let reflected = self.tints.reflection * (0.25 * f * common);
-        // Walter et al., eq. (21), with the half vector of the medium of `wo`: this scales radiance by η².
+        // Walter et al., eq. (21), with the half vector of the medium of `wo`: this scales radiance
+        // by η².
         let jacobian = (i * o).abs() / (o + half.eta * i).squared();
         let transmitted = self.tints.transmission * ((1.0 - f) * common * jacobian);
         let value = Color::select(half.reflects, reflected, transmitted);
@@ -169,7 +171,8 @@ impl<S: Width> ScatteringModel<S> for RoughDielectric<S> {
     }
 }
 
-/// The direction reflected or refracted at a facet with normal `m`; invalid if it is on the wrong side of the surface.
+/// The direction reflected or refracted at a facet with normal `m`; invalid if it is on the wrong
+/// side of the surface.
 #[inline(always)]
 pub(in crate::bsdf) fn facet_sample<S: Width>(
     given: Vector<S>,
@@ -198,8 +201,9 @@ impl ModelBound for RoughDielectric<One> {
     }
 }
 
-/// Upper bounds of `f |cosθ_i|` of reflection and of transmission at a rough interface without tints, over a cone of `wi`. For transmission it
-/// uses `|o·m + η i·m| >= |η - 1|`, which follows from Snell's law.
+/// Upper bounds of `f |cosθ_i|` of reflection and of transmission at a rough interface without
+/// tints, over a cone of `wi`. For transmission it uses `|o·m + η i·m| >= |η - 1|`, which follows
+/// from Snell's law.
 pub(in crate::bsdf) fn interface_bounds(
     facets: &Microfacets<One>,
     eta: f32,
@@ -232,7 +236,8 @@ pub(in crate::bsdf) struct HalfVector<S: Width> {
     pub m: Vector<S>,
     /// Whether both directions are on the same side of the surface.
     pub reflects: Mask<S>,
-    /// Index of refraction on the far side of `given` over that on its own side, also for reflection.
+    /// Index of refraction on the far side of `given` over that on its own side, also for
+    /// reflection.
     pub eta: Float<S>,
     /// The lanes with such a microfacet.
     pub valid: Mask<S>,
@@ -256,7 +261,8 @@ impl<S: Width> HalfVector<S> {
         }
     }
 
-    /// Density of `other` if `m` is sampled from the normals visible from `given`. Jacobians: Walter et al., eqs. (14) and (17).
+    /// Density of `other` if `m` is sampled from the normals visible from `given`. Jacobians:
+    /// Walter et al., eqs. (14) and (17).
     #[inline(always)]
     pub(in crate::bsdf) fn pdf(
         &self,

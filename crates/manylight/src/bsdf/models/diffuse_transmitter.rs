@@ -11,8 +11,8 @@ use crate::lanes::{
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
-/// Diffuse transmission in both directions: `f = τ / π` for directions on opposite sides. Its class is `GLOSSY`, because `DIFFUSE` lobes
-/// reflect.
+/// Diffuse transmission in both directions: `f = τ / π` for directions on opposite sides. Its class
+/// is `GLOSSY`, because `DIFFUSE` lobes reflect.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct DiffuseTransmitter<S: Width> {
     pub transmittance: Color<S>,

@@ -1,4 +1,5 @@
-//! Fresnel's equations for dielectrics and conductors, and reflectance averaged over diffuse light (the fits of Mitsuba 3).
+//! Fresnel's equations for dielectrics and conductors, and reflectance averaged over diffuse light
+//! (the fits of Mitsuba 3).
 
 use crate::color::Rgb;
 use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
@@ -8,7 +9,8 @@ use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
 pub(in crate::bsdf) struct Interface<S: Width> {
     /// Fraction reflected.
     pub reflectance: Float<S>,
-    /// Cosine of the refracted direction, with the opposite sign of the given cosine; 0 for total reflection.
+    /// Cosine of the refracted direction, with the opposite sign of the given cosine; 0 for total
+    /// reflection.
     pub cos_t: Float<S>,
     /// Index on the far side over that on the near side.
     pub eta: Float<S>,
@@ -16,7 +18,8 @@ pub(in crate::bsdf) struct Interface<S: Width> {
     pub inv_eta: Float<S>,
 }
 
-/// Fresnel's equations for a direction with cosine `cos` to the normal on the outside. `eta` is the interior over the exterior index of refraction.
+/// Fresnel's equations for a direction with cosine `cos` to the normal on the outside. `eta` is the
+/// interior over the exterior index of refraction.
 #[inline(always)]
 pub(in crate::bsdf) fn dielectric<S: Width>(cos: Float<S>, eta: Float<S>) -> Interface<S> {
     let outside = cos.ge(0.0);
@@ -32,19 +35,19 @@ pub(in crate::bsdf) fn dielectric<S: Width>(cos: Float<S>, eta: Float<S>) -> Int
     }
 }
 
-/// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 for total reflection. `inv_eta` is the index on the near
-/// side over that on the far side.
+/// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 for total
+/// reflection. `inv_eta` is the index on the near side over that on the far side.
 #[inline(always)]
 pub(in crate::bsdf) fn refracted_cosine<S: Width>(cos: Float<S>, inv_eta: Float<S>) -> Float<S> {
     (1.0 - (1.0 - cos * cos) * inv_eta * inv_eta).safe_sqrt()
 }
 
-/// Reflectance for unpolarised light. `c` and `t` (>= 0) are the cosines on the near and the far side, `eta` is the index on the far side over
-/// that on the near side.
+/// Reflectance for unpolarised light. `c` and `t` (>= 0) are the cosines on the near and the far
+/// side, `eta` is the index on the far side over that on the near side.
 #[inline(always)]
 pub(in crate::bsdf) fn reflectance<S: Width>(c: Float<S>, t: Float<S>, eta: Float<S>) -> Float<S> {
-    // The amplitudes of both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), with one common denominator: a division is as
-    // expensive as the rest of the function.
+    // The amplitudes of both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), with one
+    // common denominator: a division is as expensive as the rest of the function.
     let (s, s_all) = (c - eta * t, c + eta * t);
     let (p, p_all) = (t - eta * c, t + eta * c);
     let (s, p, all) = (s * p_all, p * s_all, s_all * p_all);
@@ -70,7 +73,8 @@ pub(in crate::bsdf) fn coat_reflectance<S: Width>(
     reflectance(cos, refracted_cosine(cos, inv_eta), eta)
 }
 
-/// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` are those of [`dielectric`] for `w·m`.
+/// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` are those of [`dielectric`]
+/// for `w·m`.
 #[inline(always)]
 pub(in crate::bsdf) fn refract<S: Width>(
     w: Vector<S>,
@@ -142,7 +146,8 @@ lanewise!(ConductorFresnel {
 });
 
 impl ConductorFresnel<One> {
-    /// Upper bound of the reflectance for cosines between the two given ones: it has at most one minimum, so it is largest at an end.
+    /// Upper bound of the reflectance for cosines between the two given ones: it has at most one
+    /// minimum, so it is largest at an end.
     #[inline(always)]
     pub(in crate::bsdf) fn bound(&self, cosines: [f32; 2]) -> Rgb {
         let [a, b] = cosines.map(|cos| Rgb::from(self.reflectance(cos.into())));
@@ -150,8 +155,8 @@ impl ConductorFresnel<One> {
     }
 }
 
-/// Reflectance of a dielectric interface averaged over diffuse light. A fit: of Egan and Hilgeman for `eta < 1`, of d'Eon and Irving
-/// otherwise.
+/// Reflectance of a dielectric interface averaged over diffuse light. A fit: of Egan and Hilgeman
+/// for `eta < 1`, of d'Eon and Irving otherwise.
 pub(in crate::bsdf) fn diffuse_reflectance(eta: f32) -> f32 {
     if eta < 1.0 {
         return -1.4399 * (eta * eta) + 0.7099 * eta + 0.6681 + 0.0636 / eta;

@@ -1,8 +1,10 @@
-//! Microfacet distributions. Directions are in the local frame, facet normals on the side of the surface normal.
+//! Microfacet distributions. Directions are in the local frame, facet normals on the side of the
+//! surface normal.
 //!
-//! Sources: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007; Heitz, "Sampling the GGX
-//! Distribution of Visible Normals", JCGT 2018; Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann Distribution", 2014.
-//! As in Mitsuba 3, masking is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is the rational fit of Walter et al.
+//! Sources: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007;
+//! Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 2018; Jakob, "An Improved
+//! Visible Normal Sampling Routine for the Beckmann Distribution", 2014. As in Mitsuba 3, masking
+//! is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is the rational fit of Walter et al.
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::Classes;
@@ -58,7 +60,8 @@ impl<S: Width> Microfacets<S> {
         Classes::of_microfacets(self.min_alpha())
     }
 
-    /// `D(m)`: area of the microfacets with normal `m`, per solid angle and per area of the surface.
+    /// `D(m)`: area of the microfacets with normal `m`, per solid angle and per area of the
+    /// surface.
     #[inline(always)]
     pub(in crate::bsdf) fn density(&self, m: Vector<S>) -> Float<S> {
         let slope2 = (Pair::new(m.x, m.y) * self.inv_alpha).length_squared();
@@ -88,16 +91,18 @@ impl<S: Width> Microfacets<S> {
         (v.dot(m) * v.z).gt(0.0).select(unmasked, 0.0)
     }
 
-    /// `G1(wo) / (4 cosθ_o)`: the factor of reflection that depends on `wo` only, for `wo` above the surface.
+    /// `G1(wo) / (4 cosθ_o)`: the factor of reflection that depends on `wo` only, for `wo` above
+    /// the surface.
     #[inline(always)]
     pub(in crate::bsdf) fn seen(&self, wo: Vector<S>) -> Float<S> {
-        // The visibility test of the masking passes for all half vectors, and for the surface normal.
+        // The visibility test of the masking passes for all half vectors, and for the surface
+        // normal.
         let zero = wo.z.same(0.0);
         self.masking(wo, Vector::new(zero, zero, wo.z.same(1.0))) / (4.0 * wo.z)
     }
 
-    /// `D(m) G1(v)`, where `m` is the direction of `half`, which need not have unit length. `v` and `half` are above the surface and at
-    /// less than 90 degrees to each other.
+    /// `D(m) G1(v)`, where `m` is the direction of `half`, which need not have unit length. `v` and
+    /// `half` are above the surface and at less than 90 degrees to each other.
     #[inline(always)]
     pub(in crate::bsdf) fn visible_density(&self, v: Vector<S>, half: Vector<S>) -> Float<S> {
         match self.distribution {
@@ -132,8 +137,8 @@ impl<S: Width> Microfacets<S> {
         }
     }
 
-    /// Density per solid angle of the direction reflected at a facet from [`Microfacets::sample`]: its density over the Jacobian
-    /// `4 |v·m|`, which is `D(m) G1(v) / (4 cosθ_v)`.
+    /// Density per solid angle of the direction reflected at a facet from [`Microfacets::sample`]:
+    /// its density over the Jacobian `4 |v·m|`, which is `D(m) G1(v) / (4 cosθ_v)`.
     #[inline(always)]
     pub(in crate::bsdf) fn reflected_pdf(&self, v: Vector<S>, m: Vector<S>) -> Float<S> {
         self.density(m) * self.masking(v, m) / (4.0 * v.z.abs())
@@ -193,7 +198,8 @@ impl Microfacets<One> {
         }
     }
 
-    /// Upper bound of [`Microfacets::visible_density`] for facet normals with cosines up to `highest` and directions with cosines up to `cos`.
+    /// Upper bound of [`Microfacets::visible_density`] for facet normals with cosines up to
+    /// `highest` and directions with cosines up to `cos`.
     #[inline(always)]
     pub(in crate::bsdf) fn visible_bound(&self, highest: f32, cos: f32) -> f32 {
         let [alpha, inv_alpha] =
@@ -214,7 +220,8 @@ impl Microfacets<One> {
                 scale * masking / (spread * spread)
             }
             Distribution::Beckmann => {
-                // exp(-t/α²) (1 + t)² with t = tan²θ increases up to t = 2α² - 1. It is negligible beyond t = 10⁴.
+                // exp(-t/α²) (1 + t)² with t = tan²θ increases up to t = 2α² - 1. It is negligible
+                // beyond t = 10⁴.
                 let t = ((1.0 - cos2) / cos2).min(1e4).max(2.0 * alpha2 - 1.0);
                 scale * exp(-t / alpha2) * (1.0 + t).powi(2)
             }
@@ -226,8 +233,9 @@ impl Microfacets<One> {
         }
     }
 
-    /// [`Microfacets::visible_bound`] over a cone of directions. If the cone has its own projected cosine, the bound is for the density over
-    /// the cosine to the normal times that projected cosine.
+    /// [`Microfacets::visible_bound`] over a cone of directions. If the cone has its own projected
+    /// cosine, the bound is for the density over the cosine to the normal times that projected
+    /// cosine.
     #[inline(always)]
     pub(in crate::bsdf) fn projected_bound(&self, highest: f32, incident: &IncidentCone) -> f32 {
         let [lowest, cos] = incident.cosines();
@@ -250,7 +258,8 @@ impl Microfacets<One> {
                 let masked2 = self.min_alpha().get().min(1.0).powi(2) * (1.0 - lowest * lowest);
                 2.0 / (lowest + (lowest * lowest + masked2).sqrt())
             }
-            // The fit is below 1, used for angles up to 45 degrees, and below 3.535 cosθ / (α sinθ), used beyond.
+            // The fit is below 1, used for angles up to 45 degrees, and below 3.535 cosθ / (α
+            // sinθ), used beyond.
             Distribution::Beckmann => lowest
                 .recip()
                 .min((5.0 / self.min_alpha().get()).max(std::f32::consts::SQRT_2)),
@@ -258,7 +267,8 @@ impl Microfacets<One> {
     }
 }
 
-/// A visible slope of a GGX surface of roughness 1, for a direction in the xz plane with the given cosine.
+/// A visible slope of a GGX surface of roughness 1, for a direction in the xz plane with the given
+/// cosine.
 #[inline(always)]
 fn ggx_visible_slope<S: Width>(cos: Float<S>, u: Pair<S>) -> Pair<S> {
     // The visible part of the hemisphere of normals projects to a half disc and a half ellipse.
@@ -270,13 +280,15 @@ fn ggx_visible_slope<S: Width>(cos: Float<S>, u: Pair<S>) -> Pair<S> {
     Pair::new(cos * y - sin * z, p.x) * (sin * y + cos * z).recip()
 }
 
-/// A visible slope of a Beckmann surface of roughness 1, for a direction in the xz plane with the given cosine.
+/// A visible slope of a Beckmann surface of roughness 1, for a direction in the xz plane with the
+/// given cosine.
 #[inline(always)]
 fn beckmann_visible_slope<S: Width>(cos: Float<S>, u: Pair<S>) -> Pair<S> {
     let inv_sqrt_pi = PI.sqrt().recip();
     let tan = (1.0 - cos * cos).safe_sqrt() / cos;
     let cot = tan.recip();
-    // The cumulative distribution of the slope along x is inverted over the variable erf(slope), where it is nearly linear.
+    // The cumulative distribution of the slope along x is inverted over the variable erf(slope),
+    // where it is nearly linear.
     let x_max = erf(cot);
     let u_x = u.x.clamp(1e-6, 1.0 - 1e-6);
     let u_y = u.y.clamp(1e-6, 1.0 - 1e-6);
@@ -292,7 +304,8 @@ fn beckmann_visible_slope<S: Width>(cos: Float<S>, u: Pair<S>) -> Pair<S> {
     Pair::new(erf_inv(x), erf_inv(2.0 * u_y - 1.0))
 }
 
-/// The error function. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 7.1.26; absolute error below 1.5e-7.
+/// The error function. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 7.1.26;
+/// absolute error below 1.5e-7.
 #[inline(always)]
 fn erf<S: Width>(x: Float<S>) -> Float<S> {
     let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
@@ -302,7 +315,8 @@ fn erf<S: Width>(x: Float<S>) -> Float<S> {
     (1.0 - poly * (-x * x).exp()).copysign(x)
 }
 
-/// The inverse error function. Source: Giles, "Approximating the erfinv Function", GPU Computing Gems, 2011 (single precision).
+/// The inverse error function. Source: Giles, "Approximating the erfinv Function", GPU Computing
+/// Gems, 2011 (single precision).
 #[inline(always)]
 fn erf_inv<S: Width>(x: Float<S>) -> Float<S> {
     let w = -((1.0 - x) * (1.0 + x)).ln();

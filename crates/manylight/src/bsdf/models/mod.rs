@@ -1,4 +1,5 @@
-//! Scattering models, one per file, in a local frame with the normal as z axis; see [`super::scattering_model`] for their contract, [`super::model`] for the list. Also the parts
+//! Scattering models, one per file, in a local frame with the normal as z axis; see
+//! [`super::scattering_model`] for their contract, [`super::model`] for the list. Also the parts
 //! that several models share: Fresnel equations, microfacet distributions, tables of coats.
 
 pub(super) mod coat;

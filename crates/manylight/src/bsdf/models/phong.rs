@@ -1,6 +1,7 @@
 //! The modified Phong model of Mitsuba 0.x.
 //!
-//! Source: Lafortune and Willems, "Using the Modified Phong Reflectance Model for Physically Based Rendering", 1994.
+//! Source: Lafortune and Willems, "Using the Modified Phong Reflectance Model for Physically Based
+//! Rendering", 1994.
 
 use super::diffuse::Diffuse;
 use crate::bsdf::incident_cone::IncidentCone;
@@ -69,7 +70,8 @@ impl<S: Width> LobeOverBase<S> {
         lobes.has(self.class).select(with_lobe, 0.0)
     }
 
-    /// The response for directions above the surface, where the lobe has `value` and is sampled with the density `lobe_pdf`.
+    /// The response for directions above the surface, where the lobe has `value` and is sampled
+    /// with the density `lobe_pdf`.
     #[inline(always)]
     pub(super) fn respond(
         &self,

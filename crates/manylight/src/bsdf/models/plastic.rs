@@ -28,10 +28,11 @@ pub(in crate::bsdf) enum ColorShift {
 struct Layers<S: Width> {
     /// Factor of the reflection at the coat.
     tint: Color<S>,
-    /// Albedo of the base under the coat, without the transmittances of entry and exit: ρ / (η² (1 - ρ r)), where r is the
-    /// reflectance of the coat from inside for diffuse light.
+    /// Albedo of the base under the coat, without the transmittances of entry and exit: ρ / (η² (1
+    /// - ρ r)), where r is the reflectance of the coat from inside for diffuse light.
     base: Color<S>,
-    /// Albedo of the base with interreflections, without the transmittance of entry: the diffuse transmittance of exit is η² (1 - r).
+    /// Albedo of the base with interreflections, without the transmittance of entry: the diffuse
+    /// transmittance of exit is η² (1 - r).
     base_albedo: Float<S>,
     /// The tint's share of the sum of tint and `base_albedo`.
     coat_share: Float<S>,
@@ -63,14 +64,16 @@ impl<S: Width> Layers<S> {
         }
     }
 
-    /// Albedo estimate of the classes `lobes` where the coat, of the classes `coat`, reflects the fraction `r`.
+    /// Albedo estimate of the classes `lobes` where the coat, of the classes `coat`, reflects the
+    /// fraction `r`.
     #[inline(always)]
     fn albedo_estimate(&self, r: Float<S>, coat: Classes<S>, lobes: Classes<S>) -> Float<S> {
         let (of_coat, of_base) = (r * self.tint.max_channel(), (1.0 - r) * self.base_albedo);
         lobes.has(coat).select(of_coat, 0.0) + lobes.diffuse.select(of_base, 0.0)
     }
 
-    /// Probability of sampling the coat, of the classes `coat`, instead of the base, where the coat reflects the fraction `r`.
+    /// Probability of sampling the coat, of the classes `coat`, instead of the base, where the coat
+    /// reflects the fraction `r`.
     #[inline(always)]
     fn coat_probability(&self, r: Float<S>, coat: Classes<S>, lobes: Classes<S>) -> Float<S> {
         let (of_coat, of_base) = (r * self.coat_share, (1.0 - r) * (1.0 - self.coat_share));
@@ -173,8 +176,8 @@ impl<S: Width> ScatteringModel<S> for Plastic<S> {
 }
 
 impl<S: Width> Plastic<S> {
-    /// The base times `weight`, if it is in `lobes`, for a local `wo` above the surface. The reflection at the coat is a
-    /// delta lobe.
+    /// The base times `weight`, if it is in `lobes`, for a local `wo` above the surface. The
+    /// reflection at the coat is a delta lobe.
     #[inline(always)]
     pub(in crate::bsdf) fn with_wo(
         &self,

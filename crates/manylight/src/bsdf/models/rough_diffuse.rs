@@ -19,7 +19,8 @@ pub(in crate::bsdf) struct RoughDiffuse<S: Width> {
     full: bool,
 }
 
-/// Sines and cosines of the angles in both forms of the model. `alpha` is the larger polar angle, `beta` the smaller.
+/// Sines and cosines of the angles in both forms of the model. `alpha` is the larger polar angle,
+/// `beta` the smaller.
 struct Angles<S: Width> {
     cos_phi: Float<S>,
     sin_alpha: Float<S>,
@@ -152,7 +153,8 @@ impl ModelBound for RoughDiffuse<One> {
             return 0.0;
         }
         let sigma2 = self.sigma2.get();
-        // β is the smaller angle, so tanβ cosθ_i is at most sinθ_i and at most tanθ_o cosθ_i. And tan((α + β) / 2) cosβ <= 2.
+        // β is the smaller angle, so tanβ cosθ_i is at most sinθ_i and at most tanθ_o cosθ_i. And
+        // tan((α + β) / 2) cosβ <= 2.
         let tan_o = safe_sqrt(1.0 - wo.z * wo.z) / wo.z;
         let projection = incident.projection(cos);
         let (grazing, steep) = match incident.projected {

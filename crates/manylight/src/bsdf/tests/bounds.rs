@@ -10,8 +10,8 @@ pub(super) fn bound_within(bsdf: &Bsdf, cone: &Cone, wo: Vec3, lobes: Lobes) -> 
     FixedWo::new(bsdf, wo, lobes).bound(cone.axis, Spread::new(cone.half_angle))
 }
 
-/// Checks bounds for random cones and directions, with each normal. Returns the geometric mean of bound over value where the value is
-/// positive.
+/// Checks bounds for random cones and directions, with each normal. Returns the geometric mean of
+/// bound over value where the value is positive.
 fn hold_bounds(case: &Case, count: u64) -> f64 {
     let (mut looseness, mut lit) = (0.0, 0u64);
     for ng in normals() {

@@ -390,7 +390,8 @@ fn thin_models() -> Vec<Named> {
     ]
 }
 
-/// Materials of which one lobe returns much less light than Fresnel's equations or the weights of wrappers alone suggest.
+/// Materials of which one lobe returns much less light than Fresnel's equations or the weights of
+/// wrappers alone suggest.
 pub(super) fn unequal_lobes() -> Vec<Case> {
     let black = ColorInput::Constant(Rgb::BLACK);
     let tinted = |reflection, transmission, roughness| Material::Dielectric {

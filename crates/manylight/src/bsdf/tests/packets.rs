@@ -1,4 +1,5 @@
-//! Scattering functions of sixteen points against those of one, in all instruction sets. The tests of this folder check those of one.
+//! Scattering functions of sixteen points against those of one, in all instruction sets. The tests
+//! of this folder check those of one.
 
 use super::cases::{surface_at, unequal_lobes};
 use super::*;

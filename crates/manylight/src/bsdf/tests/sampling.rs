@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 #[test]
 fn samplers_follow_their_densities() {
-    // About 800 tests with fixed seeds: one in ten thousand runs of a right program with other seeds would fail.
+    // About 800 tests with fixed seeds: one in ten thousand runs of a right program with other
+    // seeds would fail.
     let significance = 1e-7;
     let unequal = unequal_lobes();
     let all: Vec<&Case> = cases().iter().chain(&unequal).collect();

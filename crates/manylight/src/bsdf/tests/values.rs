@@ -1,4 +1,5 @@
-//! Properties of values: sums over classes, reciprocity, product form, finiteness, summaries of materials.
+//! Properties of values: sums over classes, reciprocity, product form, finiteness, summaries of
+//! materials.
 
 use super::*;
 use crate::ids::MaterialId;

@@ -13,7 +13,8 @@ use crate::texture::{ColorInput, Texture};
 pub(in crate::emitters) enum ElementShape {
     /// A whole primitive, by area.
     Primitive,
-    /// A sphere or cylinder under a transform that does not keep angles, by the area of the shape before the transform.
+    /// A sphere or cylinder under a transform that does not keep angles, by the area of the shape
+    /// before the transform.
     Stretched {
         /// Density of the parameters (u, v) of points that are uniform by that area.
         uv_density: fn(Vec2) -> f32,
@@ -48,7 +49,8 @@ pub(in crate::emitters) struct ElementBounds {
 }
 
 impl EmitterElement {
-    /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards `p`.
+    /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards
+    /// `p`.
     pub(super) fn sample(
         &self,
         geometry: &Geometry,

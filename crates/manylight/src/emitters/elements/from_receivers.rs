@@ -152,7 +152,8 @@ impl ElementList {
         })
     }
 
-    /// Density per solid angle of sampling the points `y` of elements with [`ElementList::sample`] from `p`.
+    /// Density per solid angle of sampling the points `y` of elements with [`ElementList::sample`]
+    /// from `p`.
     #[inline(always)]
     pub(in crate::emitters) fn pdf<S: Width>(
         &self,

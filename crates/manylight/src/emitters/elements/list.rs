@@ -1,4 +1,5 @@
-//! The elements of all emitters, found by emitter (for photons) and by surface (for rays that hit one).
+//! The elements of all emitters, found by emitter (for photons) and by surface (for rays that hit
+//! one).
 
 use super::element::{ElementBounds, EmitterElement};
 use super::of_primitive::{AreaEmitter, IndexedElement, element_of_point};
@@ -43,7 +44,8 @@ struct TriangleRange {
 const NO_ELEMENT: u32 = u32::MAX;
 
 impl ElementList {
-    /// The elements of the area emitters on `geometry`'s primitives, and of points and spots; and the bounds of each.
+    /// The elements of the area emitters on `geometry`'s primitives, and of points and spots; and
+    /// the bounds of each.
     pub(in crate::emitters) fn collect(
         emitters: &[Emitter],
         geometry: &Geometry,
@@ -141,7 +143,8 @@ impl ElementList {
         lists.into_iter().map(elements).collect()
     }
 
-    /// Adds the elements of one primitive, in ascending order of their triangles. Returns their bounds.
+    /// Adds the elements of one primitive, in ascending order of their triangles. Returns their
+    /// bounds.
     fn add_primitive(
         &mut self,
         primitive: PrimitiveId,

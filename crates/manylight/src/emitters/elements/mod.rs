@@ -1,6 +1,8 @@
-//! Elements of the emitters with a position: primitives, triangles of larger meshes, points and spots.
+//! Elements of the emitters with a position: primitives, triangles of larger meshes, points and
+//! spots.
 //!
-//! An element is the unit among which [`super::emitter_tree`] chooses, and which is sampled as a whole.
+//! An element is the unit among which [`super::emitter_tree`] chooses, and which is sampled as a
+//! whole.
 
 mod element;
 mod from_receivers;

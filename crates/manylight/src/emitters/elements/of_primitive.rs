@@ -11,8 +11,8 @@ use crate::math::{Aabb, Affine3A, Cone, Vec2, Vec3};
 use crate::texture::{ColorInput, Texture};
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Largest number of triangles of a mesh that is one element. A rectangle of two triangles as one element keeps the
-/// stratification of its random numbers. Not measured.
+/// Largest number of triangles of a mesh that is one element. A rectangle of two triangles as one
+/// element keeps the stratification of its random numbers. Not measured.
 const MAX_TRIANGLES_OF_ELEMENT: usize = 2;
 
 /// An element of a primitive.
@@ -24,7 +24,8 @@ pub(super) struct IndexedElement {
     pub(super) bounds: ElementBounds,
 }
 
-/// A shape of an element in world space: how it is sampled, its area, its box, a cone of its normals.
+/// A shape of an element in world space: how it is sampled, its area, its box, a cone of its
+/// normals.
 struct ShapeOfElement {
     /// The triangle, or 0.
     index: u32,
@@ -151,7 +152,8 @@ impl AreaEmitter<'_> {
     fn triangle(&self, index: u32) -> ShapeOfElement {
         let corners = self.corners(index);
         let [a, b, c] = corners.map(|x| x.p);
-        // Interpolated normals lie between those of the corners, so a cone below half a sphere contains them all.
+        // Interpolated normals lie between those of the corners, so a cone below half a sphere
+        // contains them all.
         let mut normals = corners.iter().fold(Cone::EMPTY, |cone, x| {
             cone.union(Cone::from_axis(x.frame.n))
         });
@@ -176,7 +178,8 @@ impl AreaEmitter<'_> {
         radius: f32,
     ) -> (ElementShape, Option<ElementSampling>) {
         let center = to_world.transform_point3(center);
-        // Samples of the visible cap have no texture coordinates, and lie on the outside of the sphere.
+        // Samples of the visible cap have no texture coordinates, and lie on the outside of the
+        // sphere.
         let is_outside = |y: &SurfacePoint| (y.p - center).dot(y.ng) > 0.0;
         match (similarity_scale(to_world), self.radiance) {
             (Some(scale), ColorInput::Constant(radiance)) => {
@@ -205,7 +208,8 @@ impl AreaEmitter<'_> {
             .map(|sample| sample.point)
     }
 
-    /// The corners of a triangle; for a disk its center, and two points of its border a quarter turn apart.
+    /// The corners of a triangle; for a disk its center, and two points of its border a quarter
+    /// turn apart.
     fn corners(&self, triangle: u32) -> [SurfacePoint; 3] {
         [Vec2::ZERO, Vec2::X, Vec2::Y].map(|coordinates| {
             self.geometry
@@ -279,7 +283,8 @@ pub(super) fn element_of_point(
 
 /// The scale of a transform that keeps angles; `None` for other transforms.
 fn similarity_scale(transform: &Affine3A) -> Option<f32> {
-    /// Relative tolerance for squared lengths and products of the axes: rounding of composed transforms.
+    /// Relative tolerance for squared lengths and products of the axes: rounding of composed
+    /// transforms.
     const TOLERANCE: f32 = 1e-4;
     let m = &transform.matrix3;
     let scale2 = m.x_axis.length_squared();

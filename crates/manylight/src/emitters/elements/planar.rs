@@ -5,7 +5,8 @@ use super::visible_point::VisiblePoints;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word, disc, split, triangle};
 use crate::math::Vec3;
 
-/// Points of planar elements as seen from `p`, with the uniform numbers `u`: in the lanes of `lanes`, by the indices `element`.
+/// Points of planar elements as seen from `p`, with the uniform numbers `u`: in the lanes of
+/// `lanes`, by the indices `element`.
 #[inline(always)]
 pub(super) fn sample<S: Width>(
     sampling: &[ElementSampling],

@@ -10,8 +10,8 @@ use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
 use std::f32::consts::PI;
 
-/// Points per dimension at which textured radiance is averaged over an element. Not measured: bright texels between the points
-/// are missed, see [`MIN_MEAN_OVER_MAX`].
+/// Points per dimension at which textured radiance is averaged over an element. Not measured:
+/// bright texels between the points are missed, see [`MIN_MEAN_OVER_MAX`].
 const RADIANCE_GRID: usize = 8;
 
 /// Directions per dimension at which a textured intensity is averaged. Not measured.
@@ -19,8 +19,8 @@ const DIRECTION_GRID: usize = 32;
 /// Points of this grid.
 const GRID_POINTS: f32 = (DIRECTION_GRID * DIRECTION_GRID) as f32;
 
-/// Lower bound of a mean over a grid, as a fraction of the largest value of the texture. It keeps the power positive where bright
-/// texels fall between the points of the grid. Not measured.
+/// Lower bound of a mean over a grid, as a fraction of the largest value of the texture. It keeps
+/// the power positive where bright texels fall between the points of the grid. Not measured.
 const MIN_MEAN_OVER_MAX: f32 = 0.01;
 
 /// Radiance averaged over the area of an element, W/(m² sr).
@@ -88,8 +88,8 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX / pdf);
             (sum / GRID_POINTS).zip(floor, f32::max)
         }
-        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or point-symmetric in the cosine; of
-        // 1/cos³θ it is tan²θ / 2.
+        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or
+        // point-symmetric in the cosine; of 1/cos³θ it is tan²θ / 2.
         Emitter::Spot {
             intensity,
             cutoff,

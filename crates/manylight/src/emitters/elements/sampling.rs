@@ -23,7 +23,8 @@ pub(super) enum ElementSampling {
 /// A planar element, sampled by area. Its data fit into two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlanarElement {
-    /// Of one or two triangles a corner, and the two edges from it; of a disk the center, and two conjugate radii.
+    /// Of one or two triangles a corner, and the two edges from it; of a disk the center, and two
+    /// conjugate radii.
     pub(super) outlines: [[Vec3; 3]; 2],
     /// The first outline's share of the area.
     pub(super) share: f32,
@@ -38,8 +39,8 @@ pub(super) struct PlanarElement {
 }
 
 impl PlanarElement {
-    /// One or two triangles, given by the points at their corners. `None` if normals differ by more than rounding, and for
-    /// triangles without area.
+    /// One or two triangles, given by the points at their corners. `None` if normals differ by more
+    /// than rounding, and for triangles without area.
     pub(super) fn triangles(corners: &[[SurfacePoint; 3]], radiance: Rgb) -> Option<Self> {
         let n = corners.first()?[0].frame.n;
         let points = corners.iter().flatten();

@@ -15,7 +15,8 @@ pub(super) struct SphereCones<S: Width> {
     distance: Float<S>,
     one_minus_cos: Float<S>,
     radiance: Color<S>,
-    /// The lanes with a cone. There is none inside and within `offset` of the surface, where it is not defined or inaccurate.
+    /// The lanes with a cone. There is none inside and within `offset` of the surface, where it is
+    /// not defined or inaccurate.
     pub(super) outside: Mask<S>,
 }
 

@@ -22,7 +22,8 @@ pub(in crate::emitters) struct VisiblePoint {
 pub(in crate::emitters) struct VisiblePoints<S: Width> {
     pub(in crate::emitters) wi: Vector<S>,
     pub(in crate::emitters) target: Vector<S>,
-    /// As of single points. Of points without extent, the squared distance in m², with the radiant intensity in W/sr in `radiance`.
+    /// As of single points. Of points without extent, the squared distance in m², with the radiant
+    /// intensity in W/sr in `radiance`.
     pub(in crate::emitters) pdf: Float<S>,
     pub(in crate::emitters) radiance: Color<S>,
     /// The lanes with a point that emits towards the receiver.

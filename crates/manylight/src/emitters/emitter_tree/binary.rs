@@ -1,19 +1,24 @@
-//! The binary tree over emitter elements, built top-down with the surface area orientation heuristic.
+//! The binary tree over emitter elements, built top-down with the surface area orientation
+//! heuristic.
 
 use crate::emitters::elements::ElementBounds;
 use crate::math::{Aabb, Cone, Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// Candidate planes per axis and split, plus one. Not measured: more planes give a better tree in more time.
+/// Candidate planes per axis and split, plus one. Not measured: more planes give a better tree in
+/// more time.
 const BINS: usize = 12;
 
-/// Most elements of a node that are put into bins to find its plane. Not measured: a bound on the time for large nodes.
+/// Most elements of a node that are put into bins to find its plane. Not measured: a bound on the
+/// time for large nodes.
 const MAX_BINNED_ELEMENTS: usize = 1024;
 
-/// Depth from which nodes are halved by number of elements, which bounds the depth of the recursion for all inputs.
+/// Depth from which nodes are halved by number of elements, which bounds the depth of the recursion
+/// for all inputs.
 const BALANCED_DEPTH: u32 = 48;
 
-/// Area of a box over its squared diagonal, at least: lines and pairs of points have a cost as well.
+/// Area of a box over its squared diagonal, at least: lines and pairs of points have a cost as
+/// well.
 const MIN_RELATIVE_AREA: f32 = 1e-3;
 
 /// Lower bound of the direction measure in sr: parallel emission has a cost as well.
@@ -103,7 +108,8 @@ impl ClusterBounds {
         }
     }
 
-    /// Power times area times direction measure: Conty Estevez and Kulla 2018, eq. (2), without the regularization.
+    /// Power times area times direction measure: Conty Estevez and Kulla 2018, eq. (2), without the
+    /// regularization.
     fn cost(&self) -> f32 {
         if self.bounds.is_empty() {
             return 0.0;
@@ -115,7 +121,8 @@ impl ClusterBounds {
         self.power * self.direction_measure() * area
     }
 
-    /// Solid angle of the directions of emission, weighted by the cosine to the nearest normal; eq. (1) of the source.
+    /// Solid angle of the directions of emission, weighted by the cosine to the nearest normal; eq.
+    /// (1) of the source.
     fn direction_measure(&self) -> f32 {
         let o = self.normals.half_angle.max(0.0);
         let w = (o + self.emission).min(PI);
@@ -157,7 +164,8 @@ impl BinaryTreeBuilder<'_> {
         cluster
     }
 
-    /// Reorders `items` and returns the number of those of the left child: at least one, and not all.
+    /// Reorders `items` and returns the number of those of the left child: at least one, and not
+    /// all.
     fn partition(&self, items: &mut [u32], depth: u32) -> usize {
         let center = |i: u32| self.elements[i as usize].bounds.center();
         let centers = Aabb::from_points(items.iter().map(|&i| center(i)));

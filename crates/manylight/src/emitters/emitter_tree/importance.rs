@@ -1,17 +1,20 @@
-//! The importance of a child of the emitter tree for a receiver, in lanes: of many children, or for many receivers.
+//! The importance of a child of the emitter tree for a receiver, in lanes: of many children, or for
+//! many receivers.
 
 use crate::emitters::Receivers;
 use crate::lanes::{Float, Vector, Width};
 use crate::math::Vec3;
 
-/// Lower bound of the cosines at emitter and receiver in the importance. Bounds on cosines are poor near the horizon, where an
-/// underestimate gives samples of large weight. Not measured.
+/// Lower bound of the cosines at emitter and receiver in the importance. Bounds on cosines are poor
+/// near the horizon, where an underestimate gives samples of large weight. Not measured.
 const COSINE_FLOOR: f32 = 0.05;
 
-/// Tolerance for rounding of cosines: a cluster must not be excluded if it emits towards the receiver.
+/// Tolerance for rounding of cosines: a cluster must not be excluded if it emits towards the
+/// receiver.
 const COSINE_TOLERANCE: f32 = 1e-3;
 
-/// Lower bound of the squared radius of a cluster, for receivers inside: it keeps the importance finite.
+/// Lower bound of the squared radius of a cluster, for receivers inside: it keeps the importance
+/// finite.
 pub(super) const MIN_RADIUS2: f32 = 1e-20;
 
 /// Bounds of the positions, normals and power of a cluster of elements per lane.
@@ -76,8 +79,9 @@ impl<S: Width> TreeReceivers<S> {
 }
 
 impl<S: Width> ChildBounds<S> {
-    /// Power · cosine at the emitter · cosine at the receiver / distance². Each cosine is the largest within the bounds, and at least
-    /// [`COSINE_FLOOR`] and [`TreeReceivers::min_cosine`]. 0 only if no element of the cluster emits towards the receiver.
+    /// Power · cosine at the emitter · cosine at the receiver / distance². Each cosine is the
+    /// largest within the bounds, and at least [`COSINE_FLOOR`] and [`TreeReceivers::min_cosine`].
+    /// 0 only if no element of the cluster emits towards the receiver.
     #[inline(always)]
     pub(super) fn importance(&self, receivers: &TreeReceivers<S>) -> Float<S> {
         let to_center = self.center - receivers.p;

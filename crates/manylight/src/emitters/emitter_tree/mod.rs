@@ -1,13 +1,15 @@
 //! A tree over emitter elements, for the choice of one element among many for a receiver.
 //!
-//! Each node bounds the positions, normals and power of its elements. A traversal starts at the root and chooses among the
-//! children in proportion to their importance, an estimate of the light that they send to the receiver.
-//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018.
-//! The tree is built with two children per node (`binary.rs`), then collapsed to sixteen (`wide.rs`), one per SIMD lane.
+//! Each node bounds the positions, normals and power of its elements. A traversal starts at the
+//! root and chooses among the children in proportion to their importance, an estimate of the light
+//! that they send to the receiver. Source: Conty Estevez and Kulla, "Importance Sampling of Many
+//! Lights with Adaptive Tree Splitting", 2018. The tree is built with two children per node
+//! (`binary.rs`), then collapsed to sixteen (`wide.rs`), one per SIMD lane.
 //!
-//! Deviations from the source: the receiver's normal never makes an importance 0, because shading normals may face other
-//! directions; and the emitters' normals do so only beyond the whole range of directions of emission. So every element that sends
-//! light to a receiver has a positive probability.
+//! Deviations from the source: the receiver's normal never makes an importance 0, because shading
+//! normals may face other directions; and the emitters' normals do so only beyond the whole range
+//! of directions of emission. So every element that sends light to a receiver has a positive
+//! probability.
 
 mod binary;
 mod importance;
@@ -21,9 +23,10 @@ use binary::ClusterNode;
 use importance::TreeReceivers;
 use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by};
 
-/// Children of a node per receiver in it, up to which the children are visited one by one, with the receivers in lanes. Beyond, the
-/// receivers are visited one by one, with the children in lanes. Other values are not measured: the importance of one child for all
-/// receivers costs about as much as that of all children for one receiver, and the choice for one receiver as much again.
+/// Children of a node per receiver in it, up to which the children are visited one by one, with the
+/// receivers in lanes. Beyond, the receivers are visited one by one, with the children in lanes.
+/// Other values are not measured: the importance of one child for all receivers costs about as much
+/// as that of all children for one receiver, and the choice for one receiver as much again.
 const CHILDREN_PER_RECEIVER: usize = 2;
 
 /// The tree. Elements are named by their index in the list from which it was built.
@@ -62,11 +65,13 @@ impl EmitterTree {
         tree
     }
 
-    /// Adds a wide node for the node `root` of the binary tree, and the wide nodes below. Returns its index.
+    /// Adds a wide node for the node `root` of the binary tree, and the wide nodes below. Returns
+    /// its index.
     fn add(&mut self, nodes: &[ClusterNode], root: usize, parent: Option<ChildLane>) -> u32 {
         let mut children = vec![root];
         while children.len() < LANES {
-            // Opens the child with the largest power times radius: its importance is the least accurate.
+            // Opens the child with the largest power times radius: its importance is the least
+            // accurate.
             let inaccuracy = |&i: &usize| nodes[children[i]].power * nodes[children[i]].radius;
             let inner = (0..children.len()).filter(|&i| !nodes[children[i]].is_leaf);
             let Some(opened) = inner.max_by(|a, b| inaccuracy(a).total_cmp(&inaccuracy(b))) else {
@@ -175,7 +180,8 @@ impl EmitterTree {
         ChosenChild::select(single.lanes(u.width()), single.load(u.width()), all)
     }
 
-    /// Probability of choosing `element` with [`EmitterTree::sample`] for each receiver; 0 for receivers that are not active.
+    /// Probability of choosing `element` with [`EmitterTree::sample`] for each receiver; 0 for
+    /// receivers that are not active.
     #[inline(always)]
     pub(super) fn pmf<S: Width>(
         &self,

@@ -48,7 +48,8 @@ pub(super) struct ChosenChild<S: Width> {
     pub(super) rest: Float<S>,
 }
 
-/// The importance of each child of a node for one receiver: its position, its normal or zero, and its least cosine.
+/// The importance of each child of a node for one receiver: its position, its normal or zero, and
+/// its least cosine.
 pub(super) struct ImportanceKernel<'a> {
     pub(super) node: &'a WideEmitterNode,
     pub(super) receiver: (Vec3, Vec3, f32),
@@ -176,7 +177,8 @@ impl WideEmitterNode {
         }
     }
 
-    /// The probability with which [`WideEmitterNode::choose`] chooses child `child` for the receiver in each lane.
+    /// The probability with which [`WideEmitterNode::choose`] chooses child `child` for the
+    /// receiver in each lane.
     #[inline(always)]
     pub(super) fn probability<S: Width>(
         &self,
@@ -214,7 +216,8 @@ impl<S: Width> ChosenChild<S> {
     }
 }
 
-/// As [`WideEmitterNode::choose`], for one receiver, by the importances of all children: the child, its probability, and the rest.
+/// As [`WideEmitterNode::choose`], for one receiver, by the importances of all children: the child,
+/// its probability, and the rest.
 #[inline(always)]
 pub(super) fn choose_by(importances: &Lanes, u: f32) -> Option<(usize, f32, f32)> {
     let mut ends = [0.0; LANES];

@@ -7,15 +7,16 @@ use std::f32::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::emitters) struct BoundingSphere {
     pub(in crate::emitters) center: Vec3,
-    /// Positive also for empty scenes and single points, so that the power of infinite lights is defined.
+    /// Positive also for empty scenes and single points, so that the power of infinite lights is
+    /// defined.
     pub(in crate::emitters) radius: f32,
 }
 
 /// Radius over half the diagonal of the bounding box: a margin against rounding.
 const RADIUS_MARGIN: f32 = 1.001;
 
-/// Smallest radius over the distance of the center from the origin. Below it, single precision cannot tell neighboring ray
-/// origins apart.
+/// Smallest radius over the distance of the center from the origin. Below it, single precision
+/// cannot tell neighboring ray origins apart.
 const MIN_RADIUS_PER_DISTANCE: f32 = 1e-4;
 
 /// Smallest radius of all, for a point at the origin.

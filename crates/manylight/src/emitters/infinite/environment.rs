@@ -124,8 +124,8 @@ impl EnvironmentSampler {
             total += row_total;
             weight += row_weight;
         }
-        // Within a cell the density is proportional to the luminance. Its mean is a quarter of the sum over the corners.
-        // dω = 2π² sinθ du dv.
+        // Within a cell the density is proportional to the luminance. Its mean is a quarter of the
+        // sum over the corners. dω = 2π² sinθ du dv.
         let scale = 4.0 * (width * rows) as f64 / (weight * 2.0 * std::f64::consts::PI.powi(2));
         let density_per_luminance = solid_angles
             .iter()
@@ -151,7 +151,8 @@ impl EnvironmentSampler {
             sampler: &EnvironmentSampler, u: Pair<S>, lanes: Mask<S>,
         ) -> EnvironmentSamples<S> { lanes.width() => sampler.sample_inlined(u, lanes) }
 
-        /// Radiance from the unit directions `wi` (pointing away from the scene), and their densities.
+        /// Radiance from the unit directions `wi` (pointing away from the scene), and their
+        /// densities.
         pub(in crate::emitters) fn look_up<S: Width>(
             sampler: &EnvironmentSampler, wi: Vector<S>,
         ) -> EnvironmentSamples<S> { wi.x.width() => sampler.look_up_inlined(wi) }
@@ -237,7 +238,8 @@ impl EnvironmentSampler {
         ]
     }
 
-    /// Density per solid angle at `at`, points with the given corners and the directions `d` in the emitter's frame.
+    /// Density per solid angle at `at`, points with the given corners and the directions `d` in the
+    /// emitter's frame.
     #[inline(always)]
     fn density<S: Width>(
         &self,

@@ -1,8 +1,9 @@
 //! An environment map stored in tiles, for the choice of a cell by weight.
 //!
-//! Environment maps are larger than caches, and samples access them at random. An alias table over rows of tiles and over the
-//! tiles of each row fits into the cache. A tile holds the weights of its cells next to their texels, so that a sample reads few
-//! cache lines, and they can be prefetched.
+//! Environment maps are larger than caches, and samples access them at random. An alias table over
+//! rows of tiles and over the tiles of each row fits into the cache. A tile holds the weights of
+//! its cells next to their texels, so that a sample reads few cache lines, and they can be
+//! prefetched.
 
 use crate::color::Rgb;
 use crate::emitters::Environment;
@@ -14,8 +15,8 @@ use crate::sampling::alias::{Alias, AliasRows};
 use crate::simd::set_bits;
 use rayon::prelude::*;
 
-/// Cells along the edge of a tile. A cell is the rectangle between four texel centers. With 4, a tile occupies six cache lines. Not
-/// measured.
+/// Cells along the edge of a tile. A cell is the rectangle between four texel centers. With 4, a
+/// tile occupies six cache lines. Not measured.
 const EDGE: usize = 4;
 
 /// Texels along the edge of a tile.
@@ -69,7 +70,8 @@ impl CellPoint {
 pub(super) type CellCorners = [Rgb; 4];
 
 impl EnvironmentTiles {
-    /// `weight(row, corners)` is the unnormalized probability of a cell. `None` if no weight is positive.
+    /// `weight(row, corners)` is the unnormalized probability of a cell. `None` if no weight is
+    /// positive.
     pub(super) fn new(
         environment: &Environment,
         weight: impl Fn(usize, &CellCorners) -> f32 + Sync,
@@ -114,8 +116,8 @@ impl EnvironmentTiles {
         })
     }
 
-    /// Chooses a row of tiles by weight. Returns it and two numbers that are uniform given the choice. Prefetches the memory of
-    /// [`EnvironmentTiles::choose_tile`].
+    /// Chooses a row of tiles by weight. Returns it and two numbers that are uniform given the
+    /// choice. Prefetches the memory of [`EnvironmentTiles::choose_tile`].
     #[inline]
     pub(super) fn choose_row(&self, u: Vec2) -> (usize, Vec2) {
         let (row, u_y) = self.rows.sample_reusing(u.y);
@@ -123,8 +125,8 @@ impl EnvironmentTiles {
         (row, Vec2::new(u.x, u_y))
     }
 
-    /// Chooses a tile of the row by weight. Returns it and two numbers that are uniform given the choice. Prefetches the memory
-    /// of [`EnvironmentTiles::choose_cell`].
+    /// Chooses a tile of the row by weight. Returns it and two numbers that are uniform given the
+    /// choice. Prefetches the memory of [`EnvironmentTiles::choose_cell`].
     #[inline]
     pub(super) fn choose_tile(&self, row: usize, u: Vec2) -> (usize, Vec2) {
         let (column, u_x) = self.columns.sample_reusing(row, u.x);
@@ -133,7 +135,8 @@ impl EnvironmentTiles {
         (tile, Vec2::new(u_x, u.y))
     }
 
-    /// Chooses a cell of the tile by weight, and a uniform point in it. Prefetches the corners of the cell.
+    /// Chooses a cell of the tile by weight, and a uniform point in it. Prefetches the corners of
+    /// the cell.
     #[inline]
     pub(super) fn choose_cell(&self, tile: usize, u: Vec2) -> CellPoint {
         let (x, y, within) = self.tiles[tile].choose(u);
@@ -145,8 +148,8 @@ impl EnvironmentTiles {
         }
     }
 
-    /// Cells in the lanes of `lanes`, chosen by weight, and uniform points in them. The lanes take each stage in turn, so that a stage
-    /// reads memory that the stage before has prefetched.
+    /// Cells in the lanes of `lanes`, chosen by weight, and uniform points in them. The lanes take
+    /// each stage in turn, so that a stage reads memory that the stage before has prefetched.
     #[inline(always)]
     pub(super) fn choose_cells<S: Width>(&self, u: Pair<S>, lanes: Mask<S>) -> S::Each<CellPoint> {
         let (s, bits) = (lanes.width(), lanes.bits());
@@ -209,8 +212,8 @@ impl EnvironmentTile {
     }
 }
 
-/// Inverts a piecewise linear cumulative distribution from `start` with the values `ends`: returns the interval in which the
-/// fraction `u` of the total lies, and the position in it in [0, 1).
+/// Inverts a piecewise linear cumulative distribution from `start` with the values `ends`: returns
+/// the interval in which the fraction `u` of the total lies, and the position in it in [0, 1).
 #[inline]
 fn choose(start: f32, ends: [f32; EDGE], u: f32) -> (usize, f32) {
     let last = ends[EDGE - 1];

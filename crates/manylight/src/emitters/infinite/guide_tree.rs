@@ -1,34 +1,39 @@
 //! A learned density over the four random numbers that place a photon of an infinite light.
 //!
-//! A binary tree over [0,1]⁴. Each inner node halves its cell along one axis and stores the probability of the lower half. The
-//! density is constant in each leaf.
+//! A binary tree over [0,1]⁴. Each inner node halves its cell along one axis and stores the
+//! probability of the lower half. The density is constant in each leaf.
 //!
-//! Source of guiding in primary sample space: Guo et al., "Primary Sample Space Path Guiding", 2018. Here the space has four
-//! dimensions only: those of emission.
+//! Source of guiding in primary sample space: Guo et al., "Primary Sample Space Path Guiding",
+//! 2018. Here the space has four dimensions only: those of emission.
 
 use crate::lanes::{Float, One, split};
 
-/// A point of primary sample space: two numbers for the direction, two for the position on the disc.
+/// A point of primary sample space: two numbers for the direction, two for the position on the
+/// disc.
 pub(super) type PrimaryPoint = [f32; 4];
 
-/// A point whose random numbers lead to light in the visible part of the scene, and the amount of that light.
+/// A point whose random numbers lead to light in the visible part of the scene, and the amount of
+/// that light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TrainingSample {
     pub(super) at: PrimaryPoint,
     pub(super) weight: f32,
 }
 
-/// Fewest training samples of a cell that is split. Not measured: fewer follow noise, more give a coarser density.
+/// Fewest training samples of a cell that is split. Not measured: fewer follow noise, more give a
+/// coarser density.
 const MIN_SAMPLES_TO_SPLIT: usize = 12;
 
 /// Greatest depth: no cell is smaller than 2^-24 of the whole, the resolution of single precision.
 const MAX_DEPTH: usize = 24;
 
-/// Smallest probability of either half of a cell. It bounds the ratio of the density between neighboring cells. Not measured.
+/// Smallest probability of either half of a cell. It bounds the ratio of the density between
+/// neighboring cells. Not measured.
 const MIN_HALF_PROBABILITY: f32 = 0.02;
 
-/// Relative entropy in nats between the halves of a cell and even halves, below which no axis is preferred: then the axis with the
-/// fewest splits is halved. Not measured: a threshold against noise.
+/// Relative entropy in nats between the halves of a cell and even halves, below which no axis is
+/// preferred: then the axis with the fewest splits is halved. Not measured: a threshold against
+/// noise.
 const MIN_INFORMATION_GAIN: f32 = 1e-3;
 
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +52,8 @@ pub(super) struct GuideTree {
 }
 
 impl GuideTree {
-    /// The density learned from `samples`, which are reordered. `None` without a positive finite weight.
+    /// The density learned from `samples`, which are reordered. `None` without a positive finite
+    /// weight.
     pub(super) fn learn(samples: &mut [TrainingSample]) -> Option<Self> {
         let total: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
         if !(total.is_finite() && total > 0.0) {
@@ -112,7 +118,8 @@ impl GuideTree {
             }
         }
         let (lower, upper) = samples.split_at_mut(count);
-        // Additive smoothing by one average sample in each half: an empty half may be empty by chance.
+        // Additive smoothing by one average sample in each half: an empty half may be empty by
+        // chance.
         let (a, b) = (weight(lower), weight(upper));
         let prior = (a + b) / (lower.len() + upper.len()) as f32;
         let lower_probability = ((a + prior) / (a + b + 2.0 * prior))
@@ -145,7 +152,8 @@ fn weight(samples: &[TrainingSample]) -> f32 {
     samples.iter().map(|s| s.weight).sum()
 }
 
-/// The cell of a node. Its corners are sums of powers of two and exact, so that `density` and `warp` agree on them.
+/// The cell of a node. Its corners are sums of powers of two and exact, so that `density` and
+/// `warp` agree on them.
 #[derive(Clone, Copy)]
 struct GuideCell {
     low: PrimaryPoint,
@@ -170,7 +178,8 @@ impl GuideCell {
         }
     }
 
-    /// Shrinks the cell to the half that contains the coordinate `x`. Returns whether it is the upper one.
+    /// Shrinks the cell to the half that contains the coordinate `x`. Returns whether it is the
+    /// upper one.
     fn shrink_around(&mut self, axis: usize, x: f32) -> bool {
         let upper = x >= self.low[axis] + 0.5 * self.size[axis];
         self.shrink(axis, upper);

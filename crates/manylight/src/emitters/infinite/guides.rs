@@ -1,32 +1,36 @@
 //! Guides for the emission of photons by infinite lights: where to place their rays.
 //!
-//! Most photons that start anywhere on the scene's bounding sphere end on the outside of a building that is lit through windows.
-//! A guide is a density over the four random numbers of emission: two for the direction, two for the position on a disc
-//! perpendicular to it. It is learned from the light that the guiding pre-pass ([`super::prepass`]) finds arriving in the visible
-//! part of the scene. Emission samples a mixture of the guide and of the unguided density, and divides by the mixture density.
-//! So guides change the variance and no expected value.
+//! Most photons that start anywhere on the scene's bounding sphere end on the outside of a building
+//! that is lit through windows. A guide is a density over the four random numbers of emission: two
+//! for the direction, two for the position on a disc perpendicular to it. It is learned from the
+//! light that the guiding pre-pass ([`super::prepass`]) finds arriving in the visible part of the
+//! scene. Emission samples a mixture of the guide and of the unguided density, and divides by the
+//! mixture density. So guides change the variance and no expected value.
 
 use super::BoundingSphere;
 use super::guide_tree::{GuideTree, PrimaryPoint, TrainingSample};
 use crate::math::{Aabb, Frame, Vec2, Vec3};
 use std::f32::consts::FRAC_PI_4;
 
-/// Probability of emission without the guide, in the mixture. A photon has at most 1 / 0.2 = 5 times its unguided flux. Not
-/// measured: larger values place fewer photons by the guide, smaller ones allow brighter photons where the pre-pass found no
-/// light.
+/// Probability of emission without the guide, in the mixture. A photon has at most 1 / 0.2 = 5
+/// times its unguided flux. Not measured: larger values place fewer photons by the guide, smaller
+/// ones allow brighter photons where the pre-pass found no light.
 pub(super) const UNGUIDED_PROBABILITY: f32 = 0.2;
 
-/// Radius of the guide's sphere over the distance of the farthest lit point from its center. Not measured: a margin for lit
-/// points between and beyond those that the pre-pass found.
+/// Radius of the guide's sphere over the distance of the farthest lit point from its center. Not
+/// measured: a margin for lit points between and beyond those that the pre-pass found.
 const RADIUS_MARGIN: f32 = 1.1;
 
-/// Smallest radius of the guide's sphere over that of the scene, for the case of a single lit point.
+/// Smallest radius of the guide's sphere over that of the scene, for the case of a single lit
+/// point.
 const MIN_RELATIVE_RADIUS: f32 = 1e-3;
 
-/// Tolerance for rounding, in radii: a point that the guide itself has placed on the border of its disc counts as inside.
+/// Tolerance for rounding, in radii: a point that the guide itself has placed on the border of its
+/// disc counts as inside.
 const BORDER_TOLERANCE: f32 = 1e-4;
 
-/// The guides of all infinite lights, in their order; `None` for a light from which the pre-pass found nothing.
+/// The guides of all infinite lights, in their order; `None` for a light from which the pre-pass
+/// found nothing.
 #[derive(Clone, Debug)]
 pub(in crate::emitters) struct InfiniteLightGuides(Vec<Option<LightGuide>>);
 
@@ -35,10 +39,12 @@ pub(in crate::emitters) struct InfiniteLightGuides(Vec<Option<LightGuide>>);
 pub(super) struct LightGuide {
     /// Density over direction and disc position.
     tree: GuideTree,
-    /// The sphere that holds the lit points of the pre-pass. Discs of this radius around its center replace those across the scene.
+    /// The sphere that holds the lit points of the pre-pass. Discs of this radius around its center
+    /// replace those across the scene.
     center: Vec3,
     radius: f32,
-    /// Geometric mean, over the light that the pre-pass found, of guided density over unguided density.
+    /// Geometric mean, over the light that the pre-pass found, of guided density over unguided
+    /// density.
     gain: f32,
 }
 
@@ -128,13 +134,15 @@ impl LightGuide {
         self.radius
     }
 
-    /// Center of the guide's disc on the plane through the center of the scene that is perpendicular to the direction `frame.n`.
+    /// Center of the guide's disc on the plane through the center of the scene that is
+    /// perpendicular to the direction `frame.n`.
     pub(super) fn disc_center(&self, scene: &BoundingSphere, frame: &Frame) -> Vec2 {
         frame.to_local(self.center - scene.center).truncate()
     }
 
-    /// Density of the mixture over that of unguided emission, for the direction `frame.n` that the numbers `u_direction` give
-    /// and the position `across` on the plane through the center of the scene.
+    /// Density of the mixture over that of unguided emission, for the direction `frame.n` that the
+    /// numbers `u_direction` give and the position `across` on the plane through the center of the
+    /// scene.
     pub(super) fn relative_density(
         &self,
         scene: &BoundingSphere,
@@ -158,7 +166,8 @@ impl LightGuide {
     }
 }
 
-/// The inverse of [`warp::disc`](crate::sampling::warp::disc); points outside the disc go to the border of the square.
+/// The inverse of [`warp::disc`](crate::sampling::warp::disc); points outside the disc go to the
+/// border of the square.
 fn square_from_disc(d: Vec2) -> Vec2 {
     let r = d.length().min(1.0);
     let p = if d.x.abs() > d.y.abs() {

@@ -13,9 +13,10 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::PI;
 
-/// Probability that a direction towards a constant environment is sampled uniformly over the sphere instead of by the cosine
-/// to the receiver's normal. Must be positive: shading normals let receivers see below that normal. Not measured: larger values
-/// cost noise on all surfaces, smaller ones make rare samples below the normal brighter.
+/// Probability that a direction towards a constant environment is sampled uniformly over the sphere
+/// instead of by the cosine to the receiver's normal. Must be positive: shading normals let
+/// receivers see below that normal. Not measured: larger values cost noise on all surfaces, smaller
+/// ones make rare samples below the normal brighter.
 const UNIFORM_DIRECTION_PROBABILITY: f32 = 0.1;
 
 /// Emission of an infinite light by kind.
@@ -65,7 +66,8 @@ impl InfiniteLightKind {
         }
     }
 
-    /// Irradiance of parallel light; for the others radiance integrated over all directions. In W/m².
+    /// Irradiance of parallel light; for the others radiance integrated over all directions. In
+    /// W/m².
     pub(super) fn total(&self) -> Rgb {
         match self {
             InfiniteLightKind::Directional { irradiance, .. } => *irradiance,
@@ -81,8 +83,8 @@ impl InfiniteLight {
         !matches!(self.kind, InfiniteLightKind::Directional { .. })
     }
 
-    /// A direction towards the light for the emission of a photon, and radiance over its pdf: the irradiance on a plane
-    /// perpendicular to the direction.
+    /// A direction towards the light for the emission of a photon, and radiance over its pdf: the
+    /// irradiance on a plane perpendicular to the direction.
     pub(super) fn sample_emission(&self, u: Vec2) -> Option<(Vec3, Rgb)> {
         match &self.kind {
             InfiniteLightKind::Directional { wi, irradiance } => Some((*wi, *irradiance)),
@@ -98,7 +100,8 @@ impl InfiniteLight {
     }
 }
 
-/// Directions towards a constant environment. `u_mixture` chooses between uniform and cosine-distributed directions.
+/// Directions towards a constant environment. `u_mixture` chooses between uniform and
+/// cosine-distributed directions.
 #[inline(always)]
 pub(super) fn sample_constant<S: Width>(
     receivers: &Receivers<S>,

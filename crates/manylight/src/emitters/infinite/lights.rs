@@ -24,7 +24,8 @@ pub(in crate::emitters) struct InfiniteLights {
 #[derive(Clone, Copy)]
 pub(in crate::emitters) struct InfiniteLightSamples<S: Width> {
     pub(in crate::emitters) wi: Vector<S>,
-    /// Radiance; of parallel light the irradiance on a perpendicular plane over the probability of choosing the light.
+    /// Radiance; of parallel light the irradiance on a perpendicular plane over the probability of
+    /// choosing the light.
     pub(in crate::emitters) radiance: Color<S>,
     /// Density per solid angle; 1 of parallel light.
     pub(in crate::emitters) pdf: Float<S>,
@@ -95,7 +96,8 @@ impl InfiniteLights {
             .map(|l| (l.emitter, l.kind.total() * self.sphere.cross_section()))
     }
 
-    /// Directions for direct light in the lanes of `lanes`: a light is chosen by `u_choice`, a direction by `u`.
+    /// Directions for direct light in the lanes of `lanes`: a light is chosen by `u_choice`, a
+    /// direction by `u`.
     #[inline(always)]
     pub(in crate::emitters) fn sample<S: Width>(
         &self,
@@ -141,8 +143,8 @@ impl InfiniteLights {
         }
     }
 
-    /// Radiance from the unit directions `wi`, summed over all lights that fill a solid angle, and the density of
-    /// [`InfiniteLights::sample`] for these lights.
+    /// Radiance from the unit directions `wi`, summed over all lights that fill a solid angle, and
+    /// the density of [`InfiniteLights::sample`] for these lights.
     #[inline(always)]
     pub(in crate::emitters) fn look_up<S: Width>(
         &self,
@@ -201,7 +203,8 @@ impl InfiniteLights {
         ))
     }
 
-    /// The gain of each light's guide: by this factor a guided photon has less flux than an unguided one, in the geometric mean.
+    /// The gain of each light's guide: by this factor a guided photon has less flux than an
+    /// unguided one, in the geometric mean.
     pub(in crate::emitters) fn gains(
         &self,
         guides: &InfiniteLightGuides,
@@ -231,7 +234,8 @@ impl InfiniteLights {
 }
 
 impl InfiniteLight {
-    /// Directions towards this light. For parallel light also what arrives; for others [`InfiniteLights::look_up`] tells it.
+    /// Directions towards this light. For parallel light also what arrives; for others
+    /// [`InfiniteLights::look_up`] tells it.
     #[inline(always)]
     fn sample<S: Width>(
         &self,

@@ -1,4 +1,5 @@
-//! The guiding pre-pass: samples of the light that infinite lights send to the visible part of the scene.
+//! The guiding pre-pass: samples of the light that infinite lights send to the visible part of the
+//! scene.
 
 use super::guides::{IncidentSample, InfiniteLightGuides};
 use super::lights::InfiniteLights;
@@ -19,15 +20,17 @@ pub(in crate::emitters) struct GuidingPrepass<'a, F> {
 /// Vertices of one walk. Not measured: more of them find light for longer paths at more cost.
 const VERTICES_PER_WALK: usize = 4;
 
-/// Most see-through surfaces along one ray; a bound on the loop. A ray with more of them counts as free.
+/// Most see-through surfaces along one ray; a bound on the loop. A ray with more of them counts as
+/// free.
 const MAX_CROSSINGS: usize = 8;
 
-/// Directions sampled per vertex and light that fills a solid angle. Not measured: more than for parallel light, because most of
-/// these directions are blocked in interiors.
+/// Directions sampled per vertex and light that fills a solid angle. Not measured: more than for
+/// parallel light, because most of these directions are blocked in interiors.
 const DIRECTIONS_PER_VERTEX: usize = 8;
 
 impl<F: Fn(PrimitiveId) -> bool + Sync> GuidingPrepass<'_, F> {
-    /// Guides learned from one walk along each ray. The result does not depend on the number of threads.
+    /// Guides learned from one walk along each ray. The result does not depend on the number of
+    /// threads.
     pub(in crate::emitters) fn learn_guides(&self, rays: Vec<Ray>) -> InfiniteLightGuides {
         let walks = rays
             .into_par_iter()

@@ -24,8 +24,8 @@ fn emitted_flux_is_the_power() {
     }
 }
 
-/// Flux through the square of half-width `half` around `center` in a plane z = const from above or below, by photons and by
-/// direct light: mean and variance of the mean of each.
+/// Flux through the square of half-width `half` around `center` in a plane z = const from above or
+/// below, by photons and by direct light: mean and variance of the mean of each.
 fn flux_through(world: &World, center: Vec3, half: f32, count: u32) -> [(f64, f64); 2] {
     let mut numbers = Sampler::new(14, 0, Stream::Test, 0);
     let mut sums = [[0.0f64; 2]; 2];

@@ -31,8 +31,9 @@ fn rotation() -> Mat3 {
     Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 50f32.to_radians())
 }
 
-/// Compares frequencies over cells of the sphere with the integral of the density: Pearson's statistic over cells with at
-/// least ten expected samples must stay within six deviations of its mean.
+/// Compares frequencies over cells of the sphere with the integral of the density: Pearson's
+/// statistic over cells with at least ten expected samples must stay within six deviations of its
+/// mean.
 fn check_directions(
     n: usize,
     mut sample: impl FnMut(Vec2) -> Option<Vec3>,

@@ -79,7 +79,8 @@ fn tree_probabilities_match_frequencies() {
                 counts[element] += 1.0 / n_samples as f32;
             }
             let pmfs: Vec<f32> = (0..count).map(|i| pmf(&tree, p, n, i)).collect();
-            // Below 1 where the bounds of a node allow light from its elements, and no element sends any.
+            // Below 1 where the bounds of a node allow light from its elements, and no element
+            // sends any.
             assert!(
                 pmfs.iter().sum::<f32>() < 1.001,
                 "{count} elements: {pmfs:?}"

@@ -1,4 +1,5 @@
-//! The region that rays of one octant may reach: which boxes and triangles are tested against single rays of a group at all.
+//! The region that rays of one octant may reach: which boxes and triangles are tested against
+//! single rays of a group at all.
 
 use super::node::WideNode;
 use super::traverse::FAR_MARGIN;
@@ -6,13 +7,15 @@ use super::triangle_block::TriangleBlock;
 use crate::lanes::{Float, Lanes3};
 use crate::simd::Simd;
 
-/// Margin for the rounding of a ray's slab test, in units of the largest `|o / d|`. Twice the error of the test.
+/// Margin for the rounding of a ray's slab test, in units of the largest `|o / d|`. Twice the error
+/// of the test.
 const SHIFT_MARGIN: f32 = 16.0 * f32::EPSILON;
 
 /// Bounds of the origins and of the reciprocal directions of rays of one octant.
 pub(super) struct Beam {
     octant: usize,
-    /// Per axis, the origin with the earliest entry through near planes, and the one with the latest exit through far planes.
+    /// Per axis, the origin with the earliest entry through near planes, and the one with the
+    /// latest exit through far planes.
     first: [f32; 3],
     last: [f32; 3],
     /// Least and largest reciprocal of the direction.
@@ -46,7 +49,8 @@ impl Beam {
         beam
     }
 
-    /// Parameters before which no ray of the beam enters the children of a node, and after which none leaves them.
+    /// Parameters before which no ray of the beam enters the children of a node, and after which
+    /// none leaves them.
     #[inline(always)]
     pub(super) fn cut_node<S: Simd>(
         &self,

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// A node of a binary tree: a leaf with adjacent items, or an inner node with two adjacent children.
+/// A node of a binary tree: a leaf with adjacent items, or an inner node with two adjacent
+/// children.
 #[derive(Clone, Copy, Debug, bytemuck::Zeroable)]
 pub(super) struct BinaryNode {
     pub(super) bounds: Aabb,
@@ -66,14 +67,17 @@ pub(super) fn half_area(b: &Aabb) -> f32 {
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-/// Number of items of a subtree that is built without parallel tasks: a third of a millisecond. Unmeasured.
+/// Number of items of a subtree that is built without parallel tasks: a third of a millisecond.
+/// Unmeasured.
 const GRAIN: usize = 1 << 11;
 
-/// Depth from which items are divided evenly, which bounds the effort for items of very different sizes. Scenes stay far below.
+/// Depth from which items are divided evenly, which bounds the effort for items of very different
+/// sizes. Scenes stay far below.
 const BALANCED_DEPTH: usize = 64;
 
-/// A tree over at least one item, for wide nodes with up to `max_leaf` items per leaf. Its leaves hold up to half as many: runs of `items`,
-/// which are reordered. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit only.
+/// A tree over at least one item, for wide nodes with up to `max_leaf` items per leaf. Its leaves
+/// hold up to half as many: runs of `items`, which are reordered. The root has index 0, index 1 is
+/// unused: the indices of siblings differ in the last bit only.
 ///
 /// Built top-down by binned divisions ([`split`]).
 pub(super) fn binary_tree(items: &mut [ItemBox], max_leaf: usize) -> Vec<BinaryNode> {

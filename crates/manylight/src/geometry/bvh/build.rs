@@ -1,6 +1,7 @@
 //! Construction of the tree of eight-wide nodes from boxes.
 //!
-//! Subtrees are written in parallel. The division into subtrees does not depend on the number of threads.
+//! Subtrees are written in parallel. The division into subtrees does not depend on the number of
+//! threads.
 
 use super::binary::{BinaryNode, binary_tree};
 use super::collapse::{Children, CollapsePlan};
@@ -14,7 +15,8 @@ use rayon::prelude::*;
 /// Largest number of levels of nodes. Determines the size of the traversal stacks.
 pub(super) const MAX_DEPTH: usize = 36;
 
-/// Depth from which subtrees are split evenly by number of items: the eleven levels below hold 2^33 items.
+/// Depth from which subtrees are split evenly by number of items: the eleven levels below hold 2^33
+/// items.
 const BALANCED_DEPTH: usize = MAX_DEPTH - 11;
 
 /// A tree of wide nodes over a list of items.
@@ -31,7 +33,8 @@ pub(super) struct WideTree {
 }
 
 impl WideTree {
-    /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not empty. They are reordered.
+    /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not
+    /// empty. They are reordered.
     pub(super) fn new(mut boxes: Vec<ItemBox>, max_leaf: usize) -> Self {
         if boxes.is_empty() {
             return WideTree::default();
@@ -77,8 +80,8 @@ impl WideTree {
         nodes
     }
 
-    /// Stores the number of items below each child, for [`WideNode::items_below`]. Children come after their parents, so that one pass
-    /// from the end suffices.
+    /// Stores the number of items below each child, for [`WideNode::items_below`]. Children come
+    /// after their parents, so that one pass from the end suffices.
     fn note_items_below(&mut self) {
         let mut counts = vec![0u32; self.nodes.len()];
         for index in (0..self.nodes.len()).rev() {
@@ -102,8 +105,8 @@ impl WideTree {
     }
 }
 
-/// Refers unused lanes to the first leaf. A ray with numbers that are not finite meets all boxes, even empty ones: with the root in
-/// their lanes, it would never end.
+/// Refers unused lanes to the first leaf. A ray with numbers that are not finite meets all boxes,
+/// even empty ones: with the root in their lanes, it would never end.
 fn end_unused_lanes(node: &mut WideNode) {
     for word in node.children.iter_mut().filter(|word| **word == 0) {
         *word = LEAF;
@@ -203,7 +206,8 @@ impl TreeWriter<'_> {
         tree.nodes[slot] = node;
     }
 
-    /// Splits items evenly by number, to bound the depth of pathological trees over coincident or nested items.
+    /// Splits items evenly by number, to bound the depth of pathological trees over coincident or
+    /// nested items.
     fn fill_balanced(&self, tree: &mut WideTree, slot: usize, items: &[ItemBox]) {
         let mut node = empty_node();
         let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);

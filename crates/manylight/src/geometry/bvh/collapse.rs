@@ -1,8 +1,9 @@
 //! Collapse of a binary tree: which of its nodes become eight-wide nodes and which become leaves.
 //!
-//! Dynamic programming over the surface area heuristic: Ylitie et al., "Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs", HPG 2017, section 3.1. The cost of a leaf does not depend on its number of items, since eight are tested together.
-//! Disjoint subtrees are solved in parallel; their choice does not depend on the number of threads.
+//! Dynamic programming over the surface area heuristic: Ylitie et al., "Efficient Incoherent Ray
+//! Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.1. The cost of a leaf does
+//! not depend on its number of items, since eight are tested together. Disjoint subtrees are solved
+//! in parallel; their choice does not depend on the number of threads.
 
 use super::binary::BinaryNode;
 use crate::simd::NARROW;
@@ -10,14 +11,15 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Cost of testing a leaf, in units of the cost of testing a node. Larger values add nodes to save leaf tests.
+/// Cost of testing a leaf, in units of the cost of testing a node. Larger values add nodes to save
+/// leaf tests.
 const LEAF_COST: f32 = 1.2;
 
 /// Number of nodes of a tree that is solved without parallel tasks.
 const SMALL: usize = 1 << 11;
 
-/// For each binary node the cheapest representation by up to `i` wide subtrees, for `i` = 1 to 8. The elements are words of [`Choices`];
-/// atomic, because threads write to disjoint sets of nodes.
+/// For each binary node the cheapest representation by up to `i` wide subtrees, for `i` = 1 to 8.
+/// The elements are words of [`Choices`]; atomic, because threads write to disjoint sets of nodes.
 pub(super) struct CollapsePlan(Vec<AtomicU32>);
 
 /// The choices at a binary node, packed in one word.
@@ -36,8 +38,8 @@ struct Priced {
 }
 
 impl Choices {
-    /// Of `i` subtrees the left child gets `share[i - 1]`. Bit `i - 1` of `fewer` is set if `i - 1` subtrees cost no more than `i`;
-    /// bit 0 is set if the node becomes a leaf.
+    /// Of `i` subtrees the left child gets `share[i - 1]`. Bit `i - 1` of `fewer` is set if `i - 1`
+    /// subtrees cost no more than `i`; bit 0 is set if the node becomes a leaf.
     fn new(share: [u32; NARROW], fewer: u32) -> Self {
         // `share[0]` is not stored: one subtree is not divided.
         let shares = (1..NARROW).fold(0, |word, i| word | share[i] << (3 * i + 5));
@@ -108,7 +110,8 @@ impl CollapsePlan {
         max_leaf: usize,
         known: impl Fn(usize) -> Option<Priced>,
     ) -> Priced {
-        // Preorder: node, right subtree, left subtree. Reversed, both children come directly before their parent.
+        // Preorder: node, right subtree, left subtree. Reversed, both children come directly before
+        // their parent.
         let (mut order, mut pending) = (Vec::new(), vec![root]);
         while let Some(index) = pending.pop() {
             order.push(index);
@@ -185,7 +188,8 @@ impl CollapsePlan {
 fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> (Priced, Choices) {
     let (area, items) = (node.half_area(), left.items.saturating_add(right.items));
     let mut cost = [f32::INFINITY; NARROW];
-    // With as many subtrees as leaves, or more, each side gets enough. The loops find the other shares.
+    // With as many subtrees as leaves, or more, each side gets enough. The loops find the other
+    // shares.
     let mut share = std::array::from_fn(|i| left.leaves.min(i) as u32);
     let mut fewer = 0;
     for k in 1..NARROW.min(left.leaves + 1) {

@@ -3,8 +3,8 @@
 use super::item_box::ItemBox;
 use rayon::prelude::*;
 
-/// Moves the first `counts[i]` items of every chunk `i` to the front of the list; returns their number. The chunks have `chunk_size` items,
-/// the last one the rest.
+/// Moves the first `counts[i]` items of every chunk `i` to the front of the list; returns their
+/// number. The chunks have `chunk_size` items, the last one the rest.
 pub(super) fn join_chunks(items: &mut [ItemBox], chunk_size: usize, counts: &[usize]) -> usize {
     let count = counts.iter().sum();
     let (front, back) = items.split_at_mut(count);
@@ -21,7 +21,8 @@ pub(super) fn join_chunks(items: &mut [ItemBox], chunk_size: usize, counts: &[us
     count
 }
 
-/// Takes the part `from..to` out of a list, up to its end, where the list begins at the first index. Drops what comes before.
+/// Takes the part `from..to` out of a list, up to its end, where the list begins at the first
+/// index. Drops what comes before.
 fn take<'a>(
     list: &mut (usize, &'a mut [ItemBox]),
     from: usize,

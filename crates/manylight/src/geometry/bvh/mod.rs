@@ -1,13 +1,17 @@
 //! Eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
-//! * Construction: [`binary`] divides items ([`item_box`], [`split`], [`join_chunks`]) into a binary tree, which [`reinsert`]
-//!   improves. [`collapse`] chooses the wide nodes ([`node`]), [`build`] writes them.
-//! * Single rays: [`traverse`] visits the nodes, [`watertight`] tests triangles ([`triangle_block`]).
+//! * Construction: [`binary`] divides items ([`item_box`], [`split`], [`join_chunks`]) into a
+//!   binary tree, which [`reinsert`] improves. [`collapse`] chooses the wide nodes ([`node`]),
+//!   [`build`] writes them.
+//! * Single rays: [`traverse`] visits the nodes, [`watertight`] tests triangles
+//!   ([`triangle_block`]).
 //! * Streams of rays: [`stream`] with [`ray_lanes`] and [`beam`].
 //! * Packets of up to 64 rays with a common origin: [`packet`] with [`edge_volumes`].
-//! * Tiles of up to 64 x 64 segments: [`tile`] with [`shaft`], [`rows`], [`end_groups`] and [`tile_triangle`].
+//! * Tiles of up to 64 x 64 segments: [`tile`] with [`shaft`], [`rows`], [`end_groups`] and
+//!   [`tile_triangle`].
 //!
-//! All kernels are generic over [`simd`](crate::simd) and run in the best instruction set of the machine.
+//! All kernels are generic over [`simd`](crate::simd) and run in the best instruction set of the
+//! machine.
 
 mod beam;
 mod binary;

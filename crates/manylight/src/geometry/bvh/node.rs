@@ -4,20 +4,22 @@ use super::binary::half_area;
 use crate::math::{Aabb, Vec3, Vec4};
 use crate::simd::NARROW;
 
-/// Flag of a child word. With it the other bits are the index of a leaf, without it that of a node. While a tree is built, 0 means no
-/// child, as the root is not a child.
+/// Flag of a child word. With it the other bits are the index of a leaf, without it that of a node.
+/// While a tree is built, 0 means no child, as the root is not a child.
 pub(super) const LEAF: u32 = 1 << 31;
 
 /// The boxes of up to eight children and references to them, in four cache lines.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct WideNode {
-    /// Lower x, y, z and upper x, y, z of the children. Unused lanes have lower = +∞ and upper = -∞.
+    /// Lower x, y, z and upper x, y, z of the children. Unused lanes have lower = +∞ and upper =
+    /// -∞.
     pub(super) bounds: [[f32; NARROW]; 6],
     /// References to the children: see [`LEAF`].
     pub(super) children: [u32; NARROW],
-    /// Low 24 bits of element `octant` (bit `a` set: component `a` of the direction is negative): the lanes of the children from far to near
-    /// along directions of the octant, three bits each. High 8 bits of element `lane`: see [`WideNode::items_below`].
+    /// Low 24 bits of element `octant` (bit `a` set: component `a` of the direction is negative):
+    /// the lanes of the children from far to near along directions of the octant, three bits each.
+    /// High 8 bits of element `lane`: see [`WideNode::items_below`].
     pub(super) order: [u32; NARROW],
 }
 
@@ -56,7 +58,8 @@ pub(super) fn set_child(node: &mut WideNode, lane: usize, bounds: Aabb) {
     }
 }
 
-/// Sets the visiting orders of a node with `count` children: by the centers of their boxes along the diagonal of each octant.
+/// Sets the visiting orders of a node with `count` children: by the centers of their boxes along
+/// the diagonal of each octant.
 pub(super) fn set_order(node: &mut WideNode, count: usize) {
     // Vectors hold the octants 0 to 3. Along the opposite ones the order is reversed.
     let signs = [
@@ -71,8 +74,8 @@ pub(super) fn set_order(node: &mut WideNode, count: usize) {
         };
         along(0) + along(1) + along(2)
     });
-    // The place of a lane is the number of farther lanes. Its weight in the word is 8 to the power of the place, which is exact, as are
-    // sums below 2^24.
+    // The place of a lane is the number of farther lanes. Its weight in the word is 8 to the power
+    // of the place, which is exact, as are sums below 2^24.
     let base = Vec4::splat(NARROW as f32);
     let mut weights = [Vec4::ONE; NARROW];
     for j in 0..count {
@@ -95,8 +98,9 @@ pub(super) fn set_order(node: &mut WideNode, count: usize) {
     }
 }
 
-/// Sorts the children such that an occluded ray that visits the last lanes first probably meets an occluder early: by surface area of
-/// the box per effort, which is the number of items. Up to eight items are tested together.
+/// Sorts the children such that an occluded ray that visits the last lanes first probably meets an
+/// occluder early: by surface area of the box per effort, which is the number of items. Up to eight
+/// items are tested together.
 pub(super) fn sort_children(node: &mut WideNode) {
     let count = node.children.iter().take_while(|&&word| word != 0).count();
     let value: [f32; NARROW] = std::array::from_fn(|lane| {

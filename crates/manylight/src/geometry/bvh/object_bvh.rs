@@ -56,7 +56,8 @@ impl ObjectBvh {
         self.tree.bounds.unwrap_or(Aabb::EMPTY)
     }
 
-    /// Calls `visit(index, t_max)` for objects along the ray. `visit` returns the ray parameter of a hit nearer than `t_max`, or `t_max`.
+    /// Calls `visit(index, t_max)` for objects along the ray. `visit` returns the ray parameter of
+    /// a hit nearer than `t_max`, or `t_max`.
     pub(in crate::geometry) fn nearest(&self, ray: &Ray, visit: impl FnMut(usize, f32) -> f32) {
         if !self.is_empty() {
             self.isa.run(NearestObject {
@@ -67,7 +68,8 @@ impl ObjectBvh {
         }
     }
 
-    /// Calls `visit` for the objects with boxes that meet a shaft until it returns true; returns whether it has.
+    /// Calls `visit` for the objects with boxes that meet a shaft until it returns true; returns
+    /// whether it has.
     pub(in crate::geometry) fn visit_between(
         &self,
         shaft: &Shaft,
@@ -81,7 +83,8 @@ impl ObjectBvh {
             })
     }
 
-    /// Calls `visit` for the objects along the segment until it returns true; returns whether it has.
+    /// Calls `visit` for the objects along the segment until it returns true; returns whether it
+    /// has.
     pub(in crate::geometry) fn any(
         &self,
         from: Vec3,

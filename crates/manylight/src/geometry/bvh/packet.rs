@@ -1,7 +1,8 @@
 //! Visibility from one origin to up to 64 targets at once.
 //!
-//! Boxes and edge functions relative to the common origin serve all rays. Nodes outside of the pyramid over the targets are culled for the
-//! whole packet, the others are tested against sixteen rays at a time. Blocked rays leave the packet. The last rays are traced singly.
+//! Boxes and edge functions relative to the common origin serve all rays. Nodes outside of the
+//! pyramid over the targets are culled for the whole packet, the others are tested against sixteen
+//! rays at a time. Blocked rays leave the packet. The last rays are traced singly.
 
 use super::build::MAX_DEPTH;
 use super::edge_volumes::{EdgeVolumes, SegmentDirections};
@@ -22,10 +23,12 @@ const GROUPS: usize = RAYS / LANES;
 /// Mask of all rays of a group.
 const ALL: u64 = (1 << LANES) - 1;
 
-/// Largest number of rays that are traced singly: for few rays, testing eight boxes per ray costs less than sixteen rays per box.
+/// Largest number of rays that are traced singly: for few rays, testing eight boxes per ray costs
+/// less than sixteen rays per box.
 const FEW: u32 = 4;
 
-/// Child words to visit, with their rays. Reused over packets, because initializing it costs more than many traversals.
+/// Child words to visit, with their rays. Reused over packets, because initializing it costs more
+/// than many traversals.
 pub(super) type PacketStack = [(u32, u64); (NARROW - 1) * MAX_DEPTH + 1];
 /// A stack before traversal.
 pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 1];
@@ -55,7 +58,8 @@ pub(super) struct Packet<'a> {
     blocks: &'a [TriangleBlock],
     from: Vec3,
     to: &'a [Vec3],
-    /// Directions. Indices: group, axis, lane. Lanes without a ray are arbitrary, groups without one zero.
+    /// Directions. Indices: group, axis, lane. Lanes without a ray are arbitrary, groups without
+    /// one zero.
     d: [[[f32; LANES]; 3]; GROUPS],
     /// Reciprocals of `d`, for slab tests.
     reciprocal: [[[f32; LANES]; 3]; GROUPS],

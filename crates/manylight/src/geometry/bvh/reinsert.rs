@@ -1,8 +1,9 @@
 //! Reinsertion: moves subtrees of a binary tree to positions where they add less surface area.
 //!
-//! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", Computer Graphics Forum 37(2),
-//! 2018. Searches run in parallel over an unchanged tree. The moves are then made one by one, the best first; a move is skipped if an
-//! earlier one has changed the nodes around it.
+//! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization",
+//! Computer Graphics Forum 37(2),
+//! 2018. Searches run in parallel over an unchanged tree. The moves are then made one by one, the
+//!       best first; a move is skipped if an earlier one has changed the nodes around it.
 
 use super::binary::{BinaryNode, half_area};
 use crate::math::Aabb;
@@ -16,12 +17,14 @@ struct SearchRound {
     levels: usize,
 }
 
-/// Schedule of the rounds. Several rounds with few nodes and a full search repair the top of the tree. After them a round with many nodes
-/// and a local search gains nearly as much as many rounds with a full search.
+/// Schedule of the rounds. Several rounds with few nodes and a full search repair the top of the
+/// tree. After them a round with many nodes and a local search gains nearly as much as many rounds
+/// with a full search.
 ///
-/// The expected cost of rays falls by 13 % (staircase2), 12 % (living-room), 27 % (kitchen) and 17 % (garage), in a fifth of the time of a
-/// build. With first shares of 0.02 instead of 0.05 it is 3 % higher in garage, with a nearby share of 0.25 another 1 % lower; that takes as
-/// long as all other rounds.
+/// The expected cost of rays falls by 13 % (staircase2), 12 % (living-room), 27 % (kitchen) and 17
+/// % (garage), in a fifth of the time of a build. With first shares of 0.02 instead of 0.05 it is 3
+/// % higher in garage, with a nearby share of 0.25 another 1 % lower; that takes as long as all
+/// other rounds.
 const ROUNDS: [&[SearchRound]; 2] = [
     &[
         SearchRound::thorough(0.05),
@@ -49,8 +52,8 @@ impl SearchRound {
     }
 }
 
-/// Reduces the total surface area of the inner nodes. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit
-/// only.
+/// Reduces the total surface area of the inner nodes. The root has index 0, index 1 is unused: the
+/// indices of siblings differ in the last bit only.
 pub(super) fn reinsert(nodes: &mut [BinaryNode]) {
     /// Smallest number of nodes of a tree in which a node can move.
     const FEWEST: usize = 8;
@@ -117,8 +120,8 @@ fn largest(nodes: &[BinaryNode], share: f32) -> Vec<u32> {
         .collect()
 }
 
-/// Removes all candidates but the `count` largest. Their indices stay in ascending order: neighbors in the list share memory during
-/// the search.
+/// Removes all candidates but the `count` largest. Their indices stay in ascending order: neighbors
+/// in the list share memory during the search.
 fn keep_largest(nodes: &[BinaryNode], candidates: &mut Vec<u32>, count: usize) {
     if count >= candidates.len() {
         return;
@@ -221,10 +224,11 @@ impl Reinsertion<'_> {
 
     /// The move of a node that saves most area; `None` if no move saves area.
     ///
-    /// Removal deletes the parent and shrinks the other ancestors. Insertion adds a parent of the node and its new sibling, and enlarges the
-    /// ancestors of the sibling up to the common ancestor. The search goes up from the node. It keeps the area `saved` below the common
-    /// ancestor, and searches the other side of each ancestor for the cheapest position. A new parent is at least as large as the
-    /// node, which bounds the gain in a subtree.
+    /// Removal deletes the parent and shrinks the other ancestors. Insertion adds a parent of the
+    /// node and its new sibling, and enlarges the ancestors of the sibling up to the common
+    /// ancestor. The search goes up from the node. It keeps the area `saved` below the common
+    /// ancestor, and searches the other side of each ancestor for the cheapest position. A new
+    /// parent is at least as large as the node, which bounds the gain in a subtree.
     fn best_move(&self, node: usize, levels: usize, pending: &mut Vec<Below>) -> Option<Move> {
         let mut search = ReinsertionSearch {
             moved: self.nodes[node].bounds,

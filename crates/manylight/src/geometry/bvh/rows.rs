@@ -1,13 +1,16 @@
 //! Triangles against the segments of a visibility tile.
 //!
-//! Let p be a point, l a light, and e and m the direction and midpoint of an edge. The sign of `(e × (p - m)) · (l - p)` tells on which side
-//! of the edge the segment passes. The function is linear in p and in l. Three tests follow, each for the segments left by the one before:
-//! 1. a whole shaft, by the range of the function over the boxes of a group of points and a group of lights;
-//! 2. a row, all segments of one point to a group of lights, by its range over the box of the lights;
+//! Let p be a point, l a light, and e and m the direction and midpoint of an edge. The sign of
+//! `(e × (p - m)) · (l - p)` tells on which side of the edge the segment passes. The function is
+//! linear in p and in l. Three tests follow, each for the segments left by the one before:
+//! 1. a whole shaft, by the range of the function over the boxes of a group of points and a group
+//!    of lights;
+//! 2. a row, all segments of one point to a group of lights, by its range over the box of the
+//!    lights;
 //! 3. single segments, sixteen lights at a time.
 //!
-//! One bit per point and light tells on which side of the triangle's plane it lies. Tolerances are those of
-//! [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
+//! One bit per point and light tells on which side of the triangle's plane it lies. Tolerances are
+//! those of [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
 
 use super::edge_volumes::{ROUNDINGS, sum_of_sizes};
 use super::end_groups::{Boxes, EndGroups, GROUPS, SIDE, boxes};

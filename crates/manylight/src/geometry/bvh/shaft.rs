@@ -1,14 +1,16 @@
 //! Intersection of boxes with shafts, the convex hulls of two boxes.
 //!
-//! The hull of the boxes A and B is the union of the boxes `(1 - t) A + t B` over `t` in [0, 1]. A third box meets the hull if for some `t` it
-//! overlaps that box along each axis. Each of the six conditions bounds `t` on one side. This is the slab test of a ray with two
-//! lines per axis in place of one. Own derivation; exact for boxes.
+//! The hull of the boxes A and B is the union of the boxes `(1 - t) A + t B` over `t` in [0, 1]. A
+//! third box meets the hull if for some `t` it overlaps that box along each axis. Each of the six
+//! conditions bounds `t` on one side. This is the slab test of a ray with two lines per axis in
+//! place of one. Own derivation; exact for boxes.
 
 use crate::lanes::{Float, LANES, Sixteen};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd};
 
-/// Smallest difference between two planes, relative to the largest coordinate. Far below rounding; keeps reciprocals finite.
+/// Smallest difference between two planes, relative to the largest coordinate. Far below rounding;
+/// keeps reciprocals finite.
 const NEGLIGIBLE: f32 = 1e-10;
 
 /// Margin for the rounding of bounds on `t`, absolute, since only bounds from 0 to 1 matter.
@@ -20,7 +22,8 @@ const SHIFT_MARGIN: f32 = 2.0 * f32::EPSILON;
 /// One shaft, tested against eight boxes at once.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct Shaft {
-    /// By plane of the third box, in the order of [`WideNode::bounds`](super::node::WideNode::bounds): the bound on `t` is
+    /// By plane of the third box, in the order of
+    /// [`WideNode::bounds`](super::node::WideNode::bounds): the bound on `t` is
     /// `plane * scale - shift`.
     scale: [f32; 6],
     shift: [f32; 6],
@@ -38,7 +41,8 @@ impl Shaft {
             is_near: [false; 6],
         };
         for axis in 0..3 {
-            // The upper side of the hull must reach the lower plane of the box, the lower side of the hull its upper plane.
+            // The upper side of the hull must reach the lower plane of the box, the lower side of
+            // the hull its upper plane.
             shaft.bound(axis, a.max[axis], b.max[axis], tiny, true);
             shaft.bound(axis + 3, a.min[axis], b.min[axis], tiny, false);
         }
@@ -60,7 +64,8 @@ impl Shaft {
         self.is_near[plane] = is_near;
     }
 
-    /// For each box the bounds on `t` within [0, 1], and the boxes that meet the shaft, as bits. Unused lanes of a node never do.
+    /// For each box the bounds on `t` within [0, 1], and the boxes that meet the shaft, as bits.
+    /// Unused lanes of a node never do.
     #[inline(always)]
     pub(super) fn cut<S: Simd>(
         &self,
@@ -97,7 +102,8 @@ pub(super) struct Shafts {
 }
 
 impl Shafts {
-    /// The shaft between `a[i]` and `b[j]` is in lane `4 i + j`. `all` are the bounds of all `a`, and of all `b`.
+    /// The shaft between `a[i]` and `b[j]` is in lane `4 i + j`. `all` are the bounds of all `a`,
+    /// and of all `b`.
     #[inline(always)]
     pub(super) fn new<S: Sixteen>(s: S, a: &[Aabb; 4], b: &[Aabb; 4], all: (Aabb, Aabb)) -> Self {
         let tiny = negligible(all.0, all.1);
@@ -157,7 +163,8 @@ impl Shafts {
     }
 }
 
-/// Center and half extents of a box. The half extents cover the box despite the rounding of the center.
+/// Center and half extents of a box. The half extents cover the box despite the rounding of the
+/// center.
 #[inline(always)]
 pub(super) fn middle_and_half(b: &Aabb) -> (Vec3, Vec3) {
     let middle = b.center();

@@ -1,15 +1,17 @@
 //! Divisions of items in two by the surface area heuristic over bins.
 //!
-//! Source: Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", Symposium on Interactive Ray Tracing, 2007.
-//! Large lists are cut into chunks, which are processed in parallel. The chunks do not depend on the number of threads, and minima,
-//! maxima and counts do not depend on the order of their operands.
+//! Source: Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", Symposium on
+//! Interactive Ray Tracing, 2007. Large lists are cut into chunks, which are processed in parallel.
+//! The chunks do not depend on the number of threads, and minima, maxima and counts do not depend
+//! on the order of their operands.
 
 use super::item_box::{Bounds, ItemBox};
 use super::join_chunks::join_chunks;
 use crate::simd::{Isa, Simd, SimdKernel};
 use rayon::prelude::*;
 
-/// Number of items from which on a division runs in parallel. Shorter lists are divided at once, while other tasks divide others. Unmeasured.
+/// Number of items from which on a division runs in parallel. Shorter lists are divided at once,
+/// while other tasks divide others. Unmeasured.
 const LARGE: usize = 1 << 16;
 
 /// Number of items of a chunk: half a megabyte. Unmeasured.
@@ -21,8 +23,9 @@ pub(super) struct Split {
     pub(super) bounds: [Bounds; 2],
 }
 
-/// Divides at least two items where the expected cost of rays is least, and reorders them. A test of up to `max_leaf` items has the same
-/// cost. Items with the same center are divided evenly. All instruction sets give the same division.
+/// Divides at least two items where the expected cost of rays is least, and reorders them. A test
+/// of up to `max_leaf` items has the same cost. Items with the same center are divided evenly. All
+/// instruction sets give the same division.
 pub(super) fn split(isa: Isa, items: &mut [ItemBox], max_leaf: usize) -> Split {
     let found = if items.len() < LARGE {
         isa.run(SmallSplit {
@@ -46,8 +49,9 @@ impl SimdKernel for SmallSplit<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Option<Split> {
-        // Few bins make short lists cheap. Four of them for up to eight items raise the expected cost of rays by 0.2 % (living-room) and 0.9 %
-        // (garage). Bins along all axes instead of the longest would lower it by up to 2 % after reinsertion, and triple the work.
+        // Few bins make short lists cheap. Four of them for up to eight items raise the expected
+        // cost of rays by 0.2 % (living-room) and 0.9 % (garage). Bins along all axes instead of
+        // the longest would lower it by up to 2 % after reinsertion, and triple the work.
         match self.items.len() {
             0..=8 => self.divide::<4>(),
             9..32 => self.divide::<8>(),
@@ -182,7 +186,8 @@ struct Binning<const BINS: usize> {
 }
 
 impl<const BINS: usize> Binning<BINS> {
-    /// Bins along the longest axis: the first is centered at the lowest center, the last at the highest. `None` if all centers are equal.
+    /// Bins along the longest axis: the first is centered at the lowest center, the last at the
+    /// highest. `None` if all centers are equal.
     #[inline(always)]
     fn new(centers: Bounds) -> Option<Self> {
         let axis = longest_axis(centers);
@@ -261,7 +266,8 @@ impl<const BINS: usize> Bins<BINS> {
         [left, right].map(|bins| bins.iter().copied().fold(Bounds::EMPTY, Bounds::union))
     }
 
-    /// Number of bins on the left side of the cheapest division; `None` if one side is always empty, or areas overflow.
+    /// Number of bins on the left side of the cheapest division; `None` if one side is always
+    /// empty, or areas overflow.
     #[inline(always)]
     fn best(&self, max_leaf: usize) -> Option<usize> {
         let leaves = |count: u32| (count as usize).div_ceil(max_leaf) as f32;

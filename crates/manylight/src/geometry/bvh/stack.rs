@@ -9,7 +9,8 @@ use crate::lanes::{Float, Word};
 use crate::simd::{NARROW, Simd};
 use std::mem::MaybeUninit;
 
-/// Entries of a stack. Each level pops one entry and pushes at most eight; eight more leave room for vector stores beyond the top.
+/// Entries of a stack. Each level pops one entry and pushes at most eight; eight more leave room
+/// for vector stores beyond the top.
 const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1 + NARROW;
 
 /// Subtrees to visit, with the ray parameters of entry. The first `len` entries are initialized.
@@ -56,8 +57,8 @@ impl Stack {
         Some(unsafe { self.children[top].assume_init() })
     }
 
-    /// Pushes the children with near <= far in the order `order` (three bits per place), except for the last, which is returned: this
-    /// avoids a store and a load.
+    /// Pushes the children with near <= far in the order `order` (three bits per place), except for
+    /// the last, which is returned: this avoids a store and a load.
     #[inline(always)]
     pub(super) fn push_but_last<S: Simd>(
         &mut self,
@@ -124,8 +125,8 @@ impl WordStack {
     }
 }
 
-/// The highest set bit of the low eight, one of which is set. Not by `ilog2`, which compiles to an instruction that is slow on many
-/// processors.
+/// The highest set bit of the low eight, one of which is set. Not by `ilog2`, which compiles to an
+/// instruction that is slow on many processors.
 #[inline(always)]
 pub(super) fn highest(bits: u32) -> usize {
     const UNUSED: u32 = u32::BITS - NARROW as u32;

@@ -12,16 +12,19 @@ use crate::lanes::{Float, LANES, Lanes3, Mask};
 use crate::math::{Vec2, Vec3};
 use crate::simd::{NARROW, Simd, set_bits};
 
-/// Largest number of rays of a group that are traced singly. Set by the sets of tiles of `benches/visibility`: 4 costs late rays of
-/// staircase2 5 % of their rate, 8 costs its camera rays 30 %.
+/// Largest number of rays of a group that are traced singly. Set by the sets of tiles of
+/// `benches/visibility`: 4 costs late rays of staircase2 5 % of their rate, 8 costs its camera rays
+/// 30 %.
 const FEW: u32 = 6;
 
-/// Largest number of rays of a group that are tested one by one against all triangles of a leaf. From 3 to 8 the rates differ by 3 %.
+/// Largest number of rays of a group that are tested one by one against all triangles of a leaf.
+/// From 3 to 8 the rates differ by 3 %.
 const FEW_IN_LEAF: u32 = 6;
 
-/// Largest number of children of a node in reach of a group for which the group is known to be narrow: it descends into inner children
-/// without tests of its rays. A ray that enters a leaf enters the nodes above it, so that the test before the leaf suffices. With 1
-/// shadow rays are slower by up to 20 %, with 3 or 4 bounces in kitchen by 5 to 15 %.
+/// Largest number of children of a node in reach of a group for which the group is known to be
+/// narrow: it descends into inner children without tests of its rays. A ray that enters a leaf
+/// enters the nodes above it, so that the test before the leaf suffices. With 1 shadow rays are
+/// slower by up to 20 %, with 3 or 4 bounces in kitchen by 5 to 15 %.
 const NARROW_BEAM: u32 = 2;
 
 /// Entries of a stack: each level pops one and pushes at most eight.
@@ -116,7 +119,8 @@ impl LaneHits {
     }
 }
 
-/// Finds the nearest hit of each ray of a stream. Calls `found` with the indices of up to sixteen rays, and their hits in lanes.
+/// Finds the nearest hit of each ray of a stream. Calls `found` with the indices of up to sixteen
+/// rays, and their hits in lanes.
 #[inline(always)]
 pub(super) fn nearest_stream<S: Simd>(
     s: S,
@@ -132,7 +136,8 @@ pub(super) fn nearest_stream<S: Simd>(
     }
 }
 
-/// Subtrees to visit with the parameters at which the rays of a group enter them, infinite for rays that do not.
+/// Subtrees to visit with the parameters at which the rays of a group enter them, infinite for rays
+/// that do not.
 struct NearestStack {
     words: [u32; CAPACITY],
     near: [AlignedLanes; CAPACITY],

@@ -72,7 +72,8 @@ fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
         .collect()
 }
 
-/// Ray parameter, and margin: the least barycentric coordinate, negative outside. `None` for parallel rays.
+/// Ray parameter, and margin: the least barycentric coordinate, negative outside. `None` for
+/// parallel rays.
 fn exact(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f64, f64)> {
     let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
     let [a, b, c]: [DVec3; 3] = [a.as_dvec3() - o, b.as_dvec3() - o, c.as_dvec3() - o];
@@ -257,7 +258,8 @@ fn no_ray_slips_through_a_closed_surface() {
     for bvh in structures(&triangles) {
         for i in 0..6000 {
             let o = random.point(0.9).with_z(random.within(3.0, 9.0));
-            // Steep rays from above, away from silhouettes: through corners, through points of edges, through centers.
+            // Steep rays from above, away from silhouettes: through corners, through points of
+            // edges, through centers.
             let [a, b, c] = triangles[(i * 37) % triangles.len()];
             let target = match i % 3 {
                 0 => a,
@@ -360,7 +362,8 @@ fn packets_equal_single_segments() {
     }
 }
 
-/// If `blocked` differs from the result for a single segment, the segment must graze an edge or end on a triangle.
+/// If `blocked` differs from the result for a single segment, the segment must graze an edge or end
+/// on a triangle.
 fn check_equal_or_grazing(
     bvh: &TriangleBvh,
     triangles: &[[Vec3; 3]],

@@ -1,10 +1,11 @@
 //! Visibility between up to 64 points and up to 64 lights: up to 4096 segments at once.
 //!
-//! Four groups of sixteen points and four groups of sixteen lights define sixteen shafts, one per lane of a wide vector. The traversal
-//! keeps for each subtree the shafts that meet it. Triangles are tested against whole shafts, rows and single segments ([`Rows`]).
-//! A subtree with many triangles that is small against the shafts' cross-section would be tested by all of them. Such subtrees
-//! are deferred. Packets trace the segments that are still open through them afterwards, starting from the points or from the
-//! lights: the packets that are narrower at the subtree.
+//! Four groups of sixteen points and four groups of sixteen lights define sixteen shafts, one per
+//! lane of a wide vector. The traversal keeps for each subtree the shafts that meet it. Triangles
+//! are tested against whole shafts, rows and single segments ([`Rows`]). A subtree with many
+//! triangles that is small against the shafts' cross-section would be tested by all of them. Such
+//! subtrees are deferred. Packets trace the segments that are still open through them afterwards,
+//! starting from the points or from the lights: the packets that are narrower at the subtree.
 
 use super::build::MAX_DEPTH;
 use super::end_groups::{EndGroups, GROUPS, SIDE};
@@ -19,14 +20,15 @@ use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd};
 
-/// Largest number of deferred subtrees per direction of packets; further ones are traversed at once.
+/// Largest number of deferred subtrees per direction of packets; further ones are traversed at
+/// once.
 const DEFERRED: usize = 128;
 
 /// Smallest number of triangles of a deferred subtree. Measured.
 const MANY: f32 = 16.0;
 
-/// Density of triangles at which a subtree is deferred: its number of triangles, times the cross-section of the shaft, over its own
-/// cross-section. Measured.
+/// Density of triangles at which a subtree is deferred: its number of triangles, times the
+/// cross-section of the shaft, over its own cross-section. Measured.
 const CROWD: f32 = 128.0;
 
 /// Entries of the traversal stack: each level pops one and pushes at most eight.
@@ -143,7 +145,8 @@ impl<'a> VisibilityTile<'a> {
                 if child & LEAF == 0
                     && self.is_dense(node.items_below(lane), node.child_bounds(lane), t)
                 {
-                    // The width of a packet at the subtree: the extent of its targets times the relative distance from its origin.
+                    // The width of a packet at the subtree: the extent of its targets times the
+                    // relative distance from its origin.
                     let from_lights = (1.0 - t) * self.spread[0] < t * self.spread[1];
                     let deferred = &mut self.deferred[usize::from(from_lights)];
                     if deferred.len < DEFERRED {
@@ -158,7 +161,8 @@ impl<'a> VisibilityTile<'a> {
         }
     }
 
-    /// Whether the subtree is dense: many triangles in a small part of the cross-section of the mean shaft at `t`.
+    /// Whether the subtree is dense: many triangles in a small part of the cross-section of the
+    /// mean shaft at `t`.
     #[inline(always)]
     fn is_dense(&self, triangles: f32, bounds: Aabb, t: f32) -> bool {
         if triangles < MANY {
@@ -202,7 +206,8 @@ impl<'a> VisibilityTile<'a> {
         }
     }
 
-    /// Traces one packet per point, or per light with `role` 1, through the deferred subtrees. `open` has one mask per packet.
+    /// Traces one packet per point, or per light with `role` 1, through the deferred subtrees.
+    /// `open` has one mask per packet.
     #[inline(always)]
     fn trace_packets<S: Simd>(&self, s: S, role: usize, open: &mut [u64; SIDE]) {
         let (from, to) = if role == 0 {

@@ -31,7 +31,8 @@ fn prefetch_next(nodes: &[WideNode], leaves: &impl Leaves, next: Option<u32>) {
 
 /// Leaves that are tested for the nearest hit.
 pub(super) trait NearestLeaves<S: Simd>: Leaves {
-    /// Records hits in the leaf. `reach` is the bound of the parameters at which the ray enters boxes; returns the new one.
+    /// Records hits in the leaf. `reach` is the bound of the parameters at which the ray enters
+    /// boxes; returns the new one.
     fn visit(&mut self, s: S, leaf: usize, reach: f32) -> f32;
 }
 
@@ -48,10 +49,12 @@ pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 /// Margin for the rounding of `o / d` in a slab test, relative to it. At most half of it is needed.
 pub(super) const ORIGIN_MARGIN: f32 = 4.0 * f32::EPSILON;
 
-/// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
+/// Smallest magnitude of a direction's component in slab tests, relative to the largest component.
+/// Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
 
-/// Reciprocal of a direction for slab tests. Components below [`NEGLIGIBLE`] are raised to it, so that the result is finite.
+/// Reciprocal of a direction for slab tests. Components below [`NEGLIGIBLE`] are raised to it, so
+/// that the result is finite.
 #[inline(always)]
 pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     let tiny = (d.abs().max_element() * NEGLIGIBLE).max(f32::MIN_POSITIVE);
@@ -78,8 +81,9 @@ pub(super) fn octant(d: Vec3) -> usize {
     negative(d.x) | negative(d.y) << 1 | negative(d.z) << 2
 }
 
-/// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` has the effect of a moved
-/// origin, by one unit in the last place; near and far planes are moved apart by more.
+/// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding
+/// of `o / d` has the effect of a moved origin, by one unit in the last place; near and far planes
+/// are moved apart by more.
 pub(super) struct BoxRay {
     pub(super) near_scale: [f32; 3],
     pub(super) near_shift: [f32; 3],
@@ -111,7 +115,8 @@ impl BoxRay {
         node.order[self.octant % NARROW]
     }
 
-    /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the children with entry <= exit.
+    /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the
+    /// children with entry <= exit.
     #[inline(always)]
     fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (Float<S>, Float<S>) {
         // The planes are lower x, y, z, upper x, y, z.
@@ -136,7 +141,8 @@ impl BoxRay {
     }
 }
 
-/// Visits the leaves below the child word `root` that the ray enters before `reach`, approximately front to back.
+/// Visits the leaves below the child word `root` that the ray enters before `reach`, approximately
+/// front to back.
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(
     s: S,

@@ -24,7 +24,8 @@ pub(in crate::geometry) struct TriangleBvh {
 }
 
 impl TriangleBvh {
-    /// Builds the hierarchy over triangles, given by their corners. Degenerate and non-finite ones are left out.
+    /// Builds the hierarchy over triangles, given by their corners. Degenerate and non-finite ones
+    /// are left out.
     pub(in crate::geometry) fn new(triangles: &[[Vec3; 3]]) -> Self {
         /// Number of triangles from which on tasks are worth their overhead.
         const GRAIN: usize = 1 << 10;
@@ -95,7 +96,8 @@ impl TriangleBvh {
         }
     }
 
-    /// Calls `visit` for all hits with `0 < t < ray.t_max` until it returns true; returns whether it has.
+    /// Calls `visit` for all hits with `0 < t < ray.t_max` until it returns true; returns whether
+    /// it has.
     pub(in crate::geometry) fn visit(
         &self,
         ray: &Ray,
@@ -120,7 +122,8 @@ impl TriangleBvh {
             })
     }
 
-    /// [`TriangleBvh::nearest`] for each ray: calls `found` with the indices of up to sixteen rays and their hits, in any order.
+    /// [`TriangleBvh::nearest`] for each ray: calls `found` with the indices of up to sixteen rays
+    /// and their hits, in any order.
     pub(in crate::geometry) fn nearest_stream(
         &self,
         rays: &[Ray],
@@ -135,7 +138,8 @@ impl TriangleBvh {
         }
     }
 
-    /// [`TriangleBvh::any`] for each segment: element `i` of `blocked` becomes the answer for `segments[i]`.
+    /// [`TriangleBvh::any`] for each segment: element `i` of `blocked` becomes the answer for
+    /// `segments[i]`.
     pub(in crate::geometry) fn any_stream(&self, segments: &[Segment], blocked: &mut [bool]) {
         if !self.is_empty() {
             self.isa.run(AnyStream {
@@ -146,8 +150,8 @@ impl TriangleBvh {
         }
     }
 
-    /// The segments between `points` and `lights`, up to 64 each, that no triangle cuts: for each point a subset of its mask in `wanted`.
-    /// The masks have no bits beyond the lights.
+    /// The segments between `points` and `lights`, up to 64 each, that no triangle cuts: for each
+    /// point a subset of its mask in `wanted`. The masks have no bits beyond the lights.
     pub(in crate::geometry) fn open_in_tile(
         &self,
         points: &[Vec3],

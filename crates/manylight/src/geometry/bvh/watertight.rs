@@ -1,7 +1,8 @@
 //! Single rays against blocks of triangles.
 //!
-//! The test is watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. Without contraction the sign
-//! of an edge function is never wrong, and both triangles at an edge accept zero.
+//! The test is watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
+//! 2(1), 2013. Without contraction the sign of an edge function is never wrong, and both triangles
+//! at an edge accept zero.
 
 use super::traverse::{AnyLeaves, Leaves, NearestLeaves};
 use super::triangle_block::{TriangleBlock, TriangleHit};
@@ -19,7 +20,8 @@ pub(super) struct Sheared {
     pub(super) scale: f32,
 }
 
-/// Result of tests of rays against triangles, in lanes: a ray against eight triangles, or sixteen rays against a triangle.
+/// Result of tests of rays against triangles, in lanes: a ray against eight triangles, or sixteen
+/// rays against a triangle.
 pub(super) struct Crossing<S: Width> {
     /// Edge functions opposite to each corner: barycentric coordinates times `det`.
     pub(super) edges: [Float<S>; 3],
@@ -85,7 +87,8 @@ impl<S: Width> Sides<S> {
         let det = e0 + e1 + e2;
         let z = e0.mul_add(z0, e1.mul_add(z1, e2 * z2));
         let height = (z * scale).mul_sign(det);
-        // For a degenerate or edge-on triangle all values are zero, and the strict comparisons fail.
+        // For a degenerate or edge-on triangle all values are zero, and the strict comparisons
+        // fail.
         let between = height.gt(0.0) & height.lt(det.abs() * limit);
         Crossing {
             edges: self.edges,
@@ -189,12 +192,12 @@ impl<S: Simd> Crossing<S> {
     }
 }
 
-/// Factor on the ray parameter of a hit that outweighs the rounding of the tests of boxes and triangles: whatever may come before the
-/// hit, or at the same distance, is tested.
+/// Factor on the ray parameter of a hit that outweighs the rounding of the tests of boxes and
+/// triangles: whatever may come before the hit, or at the same distance, is tested.
 pub(super) const REACH_MARGIN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
-/// The nearest hit of a ray so far. Of hits at equal distances the one with the lowest index counts, so that the order of
-/// the tests does not matter.
+/// The nearest hit of a ray so far. Of hits at equal distances the one with the lowest index
+/// counts, so that the order of the tests does not matter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NearestHit {
     /// Ray parameter of the hit, or the bound of the ray.

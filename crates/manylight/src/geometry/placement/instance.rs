@@ -6,7 +6,8 @@ use crate::geometry::{Ray, Segment, SurfacePoint};
 use crate::math::{Aabb, Affine3A, Frame, Vec3};
 use glam::DAffine3;
 
-/// Margin of the bounds of instances for the rounding of rays that enter, relative to the terms of the transform.
+/// Margin of the bounds of instances for the rounding of rays that enter, relative to the terms of
+/// the transform.
 const ENTRY_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 /// An instance: a group under a transform.
@@ -42,7 +43,8 @@ impl PlacedInstance {
                 .transform_point3(c.as_dvec3())
                 .as_vec3()
         }));
-        // Rays are rounded on entering the group, so that hits may lie a little outside of the exact box.
+        // Rays are rounded on entering the group, so that hits may lie a little outside of the
+        // exact box.
         let margin = ENTRY_ROUNDING * self.magnitude(group.min.abs().max(group.max.abs()));
         Aabb {
             min: b.min - margin,
@@ -96,7 +98,8 @@ impl PlacedInstance {
             dp_du,
             dp_dv: vector(surface.dp_dv),
             at: surface.at,
-            // A ray from this point is rounded again on entering the group: add one offset for each space.
+            // A ray from this point is rounded again on entering the group: add one offset for each
+            // space.
             offset: self.stretch() * surface.offset
                 + OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * self.magnitude(surface.p.abs()),
         }
@@ -109,7 +112,8 @@ impl PlacedInstance {
             as f32
     }
 
-    /// Upper bound of the terms in the transform of a point to the world; `p` has the absolute coordinates.
+    /// Upper bound of the terms in the transform of a point to the world; `p` has the absolute
+    /// coordinates.
     fn magnitude(&self, p: Vec3) -> f32 {
         self.stretch() * p.max_element()
             + self.world_from_group.translation.abs().max_element() as f32

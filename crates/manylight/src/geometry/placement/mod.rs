@@ -187,8 +187,9 @@ fn mesh_of(shape: &Shape) -> &Mesh {
 }
 
 fn analytic_point(shape: &Analytic, at: SurfaceRef) -> SurfacePoint {
-    /// Addition to the magnitude of a point in the offset, in units of the shape's size. Points are exact in `f64`, so that their own
-    /// magnitude bounds the rounding; the addition keeps the offset above zero near the origin.
+    /// Addition to the magnitude of a point in the offset, in units of the shape's size. Points are
+    /// exact in `f64`, so that their own magnitude bounds the rounding; the addition keeps the
+    /// offset above zero near the origin.
     const SHARE_OF_SIZE: f32 = 1e-3;
     let point = shape.point(at.coordinates);
     let magnitude = point.p.abs().max_element() + SHARE_OF_SIZE * shape.scale();

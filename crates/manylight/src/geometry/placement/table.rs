@@ -104,8 +104,8 @@ impl TriangleTable {
         Some(Vec2::new(uv.x.get(), uv.y.get()))
     }
 
-    /// The points of references to triangles, and the lanes with references to other shapes, as bits. Their points are unspecified, and
-    /// instances are ignored.
+    /// The points of references to triangles, and the lanes with references to other shapes, as
+    /// bits. Their points are unspecified, and instances are ignored.
     #[inline(always)]
     pub(in crate::geometry) fn points<S: Width>(
         &self,
@@ -172,7 +172,8 @@ impl TriangleTable {
         corner: usize,
     ) -> (Vector<S>, Pair<S>) {
         let [[x, y, z, u], [.., v]] = Float::gather_quads(s, |i| {
-            // Indices out of range do not occur. To panic at them would order all checks before all loads.
+            // Indices out of range do not occur. To panic at them would order all checks before all
+            // loads.
             let index = triangles.as_ref()[i].vertices[corner] as usize;
             let vertex = self.vertices.get(index).unwrap_or(&PlacedVertex::PLAIN[0]);
             vertex.quads()

@@ -5,20 +5,23 @@ use crate::geometry::surface_point::OFFSET_ROUNDINGS;
 use crate::lanes::{Axes, One, Pair, Vector, Width};
 use crate::math::{Affine3A, Frame, Vec3};
 
-/// Largest ratio of longest edge to height that enlarges the offset. For longer slivers a safe offset would no longer be small against
-/// the scene.
+/// Largest ratio of longest edge to height that enlarges the offset. For longer slivers a safe
+/// offset would no longer be small against the scene.
 const MAX_SLENDERNESS: f32 = 1000.0;
 
-/// Weight of the product of longest edge and slenderness in the offset. The rounding of the normal grows with the slenderness and moves the
-/// plane in proportion to the longest edge. Larger weights are safer, smaller ones leak less light at contacts.
+/// Weight of the product of longest edge and slenderness in the offset. The rounding of the normal
+/// grows with the slenderness and moves the plane in proportion to the longest edge. Larger weights
+/// are safer, smaller ones leak less light at contacts.
 const EXTENT_WEIGHT: f32 = 0.25;
 
-/// A triangle for surface points: all that is the same at its points, and where its vertices are. A hit reads no corners from the mesh.
+/// A triangle for surface points: all that is the same at its points, and where its vertices are. A
+/// hit reads no corners from the mesh.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(in crate::geometry) struct PlacedTriangle {
-    /// By rows: the corners, each before one number, then the unit geometric normal, outer after `flip_normals`. The numbers are the
-    /// distance of ray origins from the surface (see [`SurfacePoint::offset`](crate::geometry::SurfacePoint::offset)) and x and y of the unit
+    /// By rows: the corners, each before one number, then the unit geometric normal, outer after
+    /// `flip_normals`. The numbers are the distance of ray origins from the surface (see
+    /// [`SurfacePoint::offset`](crate::geometry::SurfacePoint::offset)) and x and y of the unit
     /// vector along `dp_du`; z of that vector follows the normal.
     pub(super) constants: [[f32; 4]; 4],
     /// Indices of the vertices in the table.
@@ -40,7 +43,8 @@ impl PlacedTriangle {
         tangents_behind: 0,
     };
 
-    /// The triangle of a mesh, with the indices of vertices that it has there and without vertex tangents.
+    /// The triangle of a mesh, with the indices of vertices that it has there and without vertex
+    /// tangents.
     pub(super) fn new(mesh: &Mesh, transform: &Affine3A, flip: bool, triangle: usize) -> Self {
         let vertices = mesh.triangles[triangle];
         let corners = vertices.map(|i| transform.transform_point3(mesh.positions[i as usize]));
@@ -93,7 +97,8 @@ impl PlacedTriangle {
 
 /// Unit normal, and slenderness: the ratio of the longest edge to the height.
 fn normal_and_slenderness(ab: Vec3, ac: Vec3, longest_squared: f32) -> (Vec3, f32) {
-    /// Slenderness from which the normal is computed in `f64`: in `f32` it would lose significant digits.
+    /// Slenderness from which the normal is computed in `f64`: in `f32` it would lose significant
+    /// digits.
     const SLIVER: f32 = 16.0;
     let normal = ab.cross(ac);
     let length = normal.length();
@@ -120,8 +125,8 @@ fn dp_du(mesh: &Mesh, triangle: usize, ng: Vec3, edges: [Vec3; 2]) -> Vec3 {
     derivatives(edges.map(Vector::from), [b, c], ng.into())[0].into()
 }
 
-/// The derivatives of the position by u and by v, for a triangle with these edges from the first corner in space and in texture
-/// coordinates; the axes of a frame where the latter are parallel.
+/// The derivatives of the position by u and by v, for a triangle with these edges from the first
+/// corner in space and in texture coordinates; the axes of a frame where the latter are parallel.
 #[inline(always)]
 pub(super) fn derivatives<S: Width>(
     [ab, ac]: [Vector<S>; 2],

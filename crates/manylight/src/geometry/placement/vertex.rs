@@ -8,13 +8,14 @@ use glam::Mat3A;
 
 /// A shading normal, not normalized, and texture coordinates.
 ///
-/// The normal is 0 if shading follows the geometric normal. The texture coordinates are NaN if the mesh has none: then those of the corners
-/// are (0,0), (1,0), (0,1).
+/// The normal is 0 if shading follows the geometric normal. The texture coordinates are NaN if the
+/// mesh has none: then those of the corners are (0,0), (1,0), (0,1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedVertex([f32; 5]);
 
 impl PlacedVertex {
-    /// The vertices of all triangles of meshes with neither shading normals nor texture coordinates.
+    /// The vertices of all triangles of meshes with neither shading normals nor texture
+    /// coordinates.
     pub(super) const PLAIN: [PlacedVertex; 3] = [
         PlacedVertex::new(Vec3::ZERO, Vec2::ZERO),
         PlacedVertex::new(Vec3::ZERO, Vec2::X),
@@ -81,7 +82,8 @@ impl PlacedVertices {
     }
 }
 
-/// Whether all vertex normals equal the geometric normals of their triangles up to rounding, or there are none.
+/// Whether all vertex normals equal the geometric normals of their triangles up to rounding, or
+/// there are none.
 fn is_flat(mesh: &Mesh, normal: impl Fn(usize) -> Vec3, triangles: &[PlacedTriangle]) -> bool {
     /// Difference per component that counts as equal.
     const ROUNDING: f32 = 4.0 * f32::EPSILON;
@@ -102,7 +104,8 @@ fn is_flat(mesh: &Mesh, normal: impl Fn(usize) -> Vec3, triangles: &[PlacedTrian
 struct NormalTransform {
     /// Inverse transpose of the transform, reversed for flipped normals.
     matrix: Mat3,
-    /// Whether all lengths scale alike, so that normals may be interpolated before they are normalized.
+    /// Whether all lengths scale alike, so that normals may be interpolated before they are
+    /// normalized.
     is_similarity: bool,
 }
 

@@ -20,7 +20,8 @@ fn areas_and_densities_agree() {
             (area / (expected * 2.25) - 1.0).abs() < 1e-5,
             "{shape:?} {area}"
         );
-        // The mean of uniform points is the centroid, which for these shapes is the center of the box.
+        // The mean of uniform points is the centroid, which for these shapes is the center of the
+        // box.
         let side = 64;
         let grid = (0..side * side)
             .map(|i| Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32);

@@ -39,7 +39,8 @@ fn mesh(random: &mut Random, attributes: Attributes) -> Mesh {
     mesh
 }
 
-/// All shapes under all transforms, with and without flipped normals, of the world and of a group with two instances; and the shapes.
+/// All shapes under all transforms, with and without flipped normals, of the world and of a group
+/// with two instances; and the shapes.
 fn everything() -> (Geometry, Vec<Shape>) {
     let random = &mut Random(Pcg::new(53));
     let mut shapes = vec![ball(), pipe(), Shape::Disk, Shape::Mesh(Mesh::rectangle())];

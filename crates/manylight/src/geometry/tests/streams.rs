@@ -4,7 +4,8 @@ use super::structures::mixed;
 use super::*;
 use crate::simd::Instructions;
 
-/// A room of 12 triangles, a ball in it, and a second copy of the room: each hit with a wall is two hits at equal distance.
+/// A room of 12 triangles, a ball in it, and a second copy of the room: each hit with a wall is two
+/// hits at equal distance.
 fn doubled_room() -> Geometry {
     let room = Affine3A::from_scale(Vec3::splat(4.0));
     let primitives = vec![

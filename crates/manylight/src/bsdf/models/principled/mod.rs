@@ -1,7 +1,8 @@
 //! The Disney model, as Mitsuba 3's `principled`.
 //!
-//! Sources: Burley, "Physically Based Shading at Disney", 2012, and "Extending the Disney BRDF to a BSDF with Integrated
-//! Subsurface Scattering", 2015. Where these leave a choice, it is Mitsuba 3's.
+//! Sources: Burley, "Physically Based Shading at Disney", 2012, and "Extending the Disney BRDF to a
+//! BSDF with Integrated Subsurface Scattering", 2015. Where these leave a choice, it is Mitsuba
+//! 3's.
 
 mod front;
 mod sampling;
@@ -32,7 +33,8 @@ const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
 /// Factor of the clear coat (Burley 2012).
 pub(super) const CLEARCOAT_SCALE: f32 = 0.25;
 
-/// Parameters at a point; names as in [`PrincipledMaterial`](crate::bsdf::material::PrincipledMaterial).
+/// Parameters at a point; names as in
+/// [`PrincipledMaterial`](crate::bsdf::material::PrincipledMaterial).
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct PrincipledParameters<S: Width> {
     pub base_color: Color<S>,
@@ -53,8 +55,9 @@ pub(in crate::bsdf) struct PrincipledParameters<S: Width> {
     pub clearcoat_rate: f32,
 }
 
-/// The model at a point: a diffuse lobe with retro-reflection, an approximation of subsurface scattering (`flatness`) and sheen; the main
-/// interface, a microfacet lobe between conductor and dielectric; a clear coat.
+/// The model at a point: a diffuse lobe with retro-reflection, an approximation of subsurface
+/// scattering (`flatness`) and sheen; the main interface, a microfacet lobe between conductor and
+/// dielectric; a clear coat.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Principled<S: Width> {
     base_color: Color<S>,
@@ -81,7 +84,8 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     clearcoat_rate: f32,
 }
 
-/// The facets of a Disney model, GGX with `alpha = roughness²` and an aspect ratio by `anisotropic`.
+/// The facets of a Disney model, GGX with `alpha = roughness²` and an aspect ratio by
+/// `anisotropic`.
 #[inline(always)]
 fn disney_facets<S: Width>(roughness: Float<S>, anisotropic: Float<S>) -> Microfacets<S> {
     let alpha = roughness * roughness;

@@ -13,7 +13,8 @@ use std::f32::consts::PI;
 /// Albedo of sheen at weight 1, an estimate. Not measured.
 pub(super) const SHEEN_ALBEDO: f32 = 0.05;
 
-/// Lower bound of Schlick's term where the reflectance of rough surfaces is estimated at the surface normal: facets reflect at other angles.
+/// Lower bound of Schlick's term where the reflectance of rough surfaces is estimated at the
+/// surface normal: facets reflect at other angles.
 pub(super) const MIN_SCHLICK: f32 = 0.02;
 
 /// Unnormalized probabilities of the sampling strategies.
@@ -31,8 +32,8 @@ impl<S: Width> Strategies<S> {
 }
 
 impl<S: Width> Principled<S> {
-    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns, times the rate of the material.
-    /// From below, only the main interface is sampled.
+    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe
+    /// returns, times the rate of the material. From below, only the main interface is sampled.
     #[inline(always)]
     pub(super) fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
         let front = self.front(Classes::splat(cos.width(), Lobes::FINITE));
@@ -47,7 +48,8 @@ impl<S: Width> Principled<S> {
                 .select(front.clearcoat_reflectance(cos) * self.clearcoat_rate, 0.0),
             specular: of_specular.select(specular * self.specular_rate, 0.0),
         };
-        // Without a positive probability by these rates, lobes of the requested classes must be reachable nevertheless.
+        // Without a positive probability by these rates, lobes of the requested classes must be
+        // reachable nevertheless.
         let unreachable = chosen.total().equals(0.0);
         let fallback = |of: Mask<S>, value: Float<S>, chosen: Float<S>| {
             unreachable.select(of.select(value, 0.0), chosen)
@@ -65,14 +67,16 @@ impl<S: Width> Principled<S> {
         }
     }
 
-    /// Fraction of light that the main interface transmits at the cosine `cos`: the largest channel.
+    /// Fraction of light that the main interface transmits at the cosine `cos`: the largest
+    /// channel.
     #[inline(always)]
     fn transmitted(&self, cos: Float<S>) -> Float<S> {
         let r = fresnel::dielectric(cos, cos.same(self.eta)).reflectance;
         self.bsdf * (1.0 - r) * self.base_color.max_channel().safe_sqrt()
     }
 
-    /// Probability of transmission at a facet of the main interface with normal `m`, in proportion to the light that the facet returns.
+    /// Probability of transmission at a facet of the main interface with normal `m`, in proportion
+    /// to the light that the facet returns.
     #[inline(always)]
     fn transmission_probability(&self, given: Vector<S>, m: Vector<S>) -> Float<S> {
         if self.transmits().none() {

@@ -10,7 +10,8 @@ pub(super) fn schlick_weight<S: Width>(cos: Float<S>) -> Float<S> {
     x2 * x2 * x
 }
 
-/// Burley's GTR1 distribution of facet normals; `excess` is `α² - 1`, `norm` is `(α² - 1) / (π ln α²)`.
+/// Burley's GTR1 distribution of facet normals; `excess` is `α² - 1`, `norm` is
+/// `(α² - 1) / (π ln α²)`.
 #[inline(always)]
 pub(super) fn gtr1<S: Width>(excess: Float<S>, norm: Float<S>, cos_m: Float<S>) -> Float<S> {
     let density = norm / (1.0 + excess * cos_m * cos_m);

@@ -1,8 +1,9 @@
-//! The Disney model of thin surfaces, as Mitsuba 3's `principledthin`: both sides are alike, and light is transmitted without refraction.
+//! The Disney model of thin surfaces, as Mitsuba 3's `principledthin`: both sides are alike, and
+//! light is transmitted without refraction.
 //!
-//! Source: Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, section 5.3. Where it leaves a
-//! choice, it is Mitsuba 3's, except that Mitsuba 3.9.1 drops light transmitted to directions above the facet that transmits it, which is
-//! not reciprocal.
+//! Source: Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering",
+//! 2015, section 5.3. Where it leaves a choice, it is Mitsuba 3's, except that Mitsuba 3.9.1 drops
+//! light transmitted to directions above the facet that transmits it, which is not reciprocal.
 
 use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
 use super::{PrincipledFront, disney_facets, least_glossy, luminance_tint};
@@ -19,7 +20,8 @@ use crate::lanes::{
 use crate::math::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// Parameters at a point; names as in [`PrincipledThinMaterial`](crate::bsdf::material::PrincipledThinMaterial).
+/// Parameters at a point; names as in
+/// [`PrincipledThinMaterial`](crate::bsdf::material::PrincipledThinMaterial).
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct PrincipledThinParameters<S: Width> {
     pub base_color: Color<S>,
@@ -34,8 +36,9 @@ pub(in crate::bsdf) struct PrincipledThinParameters<S: Width> {
     pub diff_trans: Float<S>,
 }
 
-/// The model at a point: diffuse reflection with retro-reflection, flatness and sheen; Lambertian transmission; microfacet reflection and
-/// transmission, the latter mirrored at the surface with a roughness that follows the index of refraction.
+/// The model at a point: diffuse reflection with retro-reflection, flatness and sheen; Lambertian
+/// transmission; microfacet reflection and transmission, the latter mirrored at the surface with a
+/// roughness that follows the index of refraction.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct PrincipledThin<S: Width> {
     p: PrincipledThinParameters<S>,
@@ -130,7 +133,8 @@ impl<S: Width> PrincipledThin<S> {
         self.p.base_color * lobes.glossy.select(weight, 0.0)
     }
 
-    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns.
+    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe
+    /// returns.
     #[inline(always)]
     fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
         let cos = cos.abs();
@@ -241,7 +245,8 @@ impl<S: Width> ScatteringModel<S> for PrincipledThin<S> {
 }
 
 impl PrincipledThin<One> {
-    /// Upper bound of the transmission over a cone that has been mirrored to the side of `wo`, above the surface.
+    /// Upper bound of the transmission over a cone that has been mirrored to the side of `wo`,
+    /// above the surface.
     fn bound_through(&self, mirrored: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = mirrored.cosines();
         if cos <= 0.0 {
