@@ -5,7 +5,7 @@
 
 use super::receivers::Receivers;
 use super::sphere_samples::SphereSamples;
-use super::{ShadingPoint, Subset, WeightedPoint};
+use super::{ShadingPoint, Subset};
 use crate::bsdf::{FixedWo, LaneModel, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
@@ -41,18 +41,18 @@ pub(super) struct Sensor<'b, 's> {
 }
 
 impl<'b, 's> Sensor<'b, 's> {
-    fn new(index: usize, point: &'b WeightedPoint<'s>) -> Self {
-        let ShadingPoint { bsdf, wo, .. } = &point.at;
+    fn new(index: usize, (at, throughput): (&'b ShadingPoint<'s>, Rgb)) -> Self {
+        let ShadingPoint { bsdf, wo, .. } = at;
         let receiving = bsdf.receiving_normal(*wo);
         let fixed = FixedWo::new(bsdf, *wo, Lobes::NON_SPECULAR);
         let is_lambert = LaneModel::of(bsdf) == LaneModel::Lambert;
         Sensor {
             index,
-            at: &point.at,
+            at,
             bsdf: fixed,
-            throughput: point.throughput,
-            weight: point.throughput.luminance(),
-            importance: point.throughput.max_channel(),
+            throughput,
+            weight: throughput.luminance(),
+            importance: throughput.max_channel(),
             receiving,
             lambert: receiving
                 .filter(|_| is_lambert)
@@ -150,10 +150,10 @@ pub(super) struct GatherTree<'b, 's> {
 
 impl<'b, 's> GatherTree<'b, 's> {
     /// The tree over the points with throughput.
-    pub(super) fn new(points: &'b [WeightedPoint<'s>]) -> Self {
-        let lit = |(_, point): &(usize, &WeightedPoint)| point.throughput.luminance() > 0.0;
+    pub(super) fn new(points: &[(&'b ShadingPoint<'s>, Rgb)]) -> Self {
+        let lit = |(_, (_, throughput)): &(usize, &(_, Rgb))| throughput.luminance() > 0.0;
         let points = points.iter().enumerate().filter(lit);
-        let mut sensors: Vec<Sensor> = points.map(|(i, point)| Sensor::new(i, point)).collect();
+        let mut sensors: Vec<Sensor> = points.map(|(i, &point)| Sensor::new(i, point)).collect();
         let bounds = Aabb::from_points(sensors.iter().map(|sensor| sensor.at.x.p));
         let scale = NORMAL_SCALE * bounds.diagonal();
         for sensor in &mut sensors {

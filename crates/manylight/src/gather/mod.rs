@@ -36,7 +36,7 @@ mod tests;
 pub use clamping::{Clamp, ClampReceiver};
 pub use light_index::{Assignment, LightIndex};
 pub use settings::{CutLimits, Gather, Kernel, Strategy};
-pub use shading_point::{Gathered, ShadingPoint, WeightedPoint};
+pub use shading_point::{Gathered, ShadingPoint};
 pub use subset::Subset;
 
 use crate::color::Rgb;
@@ -79,8 +79,8 @@ impl Gather {
     }
 
     /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum
-    /// over the points, weighted by throughput. A sum at a single point has the right expected
-    /// value, and more noise. The error of a pair of clusters may be `tolerance` (luminance, in
+    /// over the points, weighted by the throughput given with each. A sum at a single point has the
+    /// right expected value, and more noise. The error of a pair of clusters may be `tolerance` (luminance, in
     /// W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the
     /// size and the cost of the cut.
     pub fn sum_of_pixel(
@@ -89,7 +89,7 @@ impl Gather {
         lights: &LightIndex,
         limits: CutLimits,
         tolerance: f32,
-        points: &[WeightedPoint],
+        points: &[(&ShadingPoint, Rgb)],
     ) -> Vec<Gathered> {
         let sensors = GatherTree::new(points);
         let context = PairContext::new(self, scene, lights, &sensors);

@@ -9,7 +9,8 @@
 
 use super::light_points::part_count;
 use super::pairs::{ConnectionValue, PairBound, PairContext, Parts};
-use super::{CutLimits, Gathered, WeightedPoint};
+use super::{CutLimits, Gathered, ShadingPoint};
+use crate::color::Rgb;
 use crate::light_tree::DrawnLight;
 use crate::sampling::rng::{self, Pcg};
 use std::cmp::Ordering;
@@ -84,14 +85,14 @@ pub(super) fn sums(
     context: PairContext,
     limits: CutLimits,
     tolerance: f32,
-    points: &[WeightedPoint],
+    points: &[(&ShadingPoint, Rgb)],
 ) -> Vec<Gathered> {
     let mut sums = vec![Gathered::default(); points.len()];
     let has_sensors = !context.sensors.sensors.is_empty();
     let Some(light_root) = context.tree.root().filter(|_| has_sensors) else {
         return sums;
     };
-    let first = &points[0].at;
+    let (first, _) = points[0];
     let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
     let mut cut = ProductCut {
         context,

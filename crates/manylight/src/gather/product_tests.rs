@@ -23,6 +23,18 @@ fn gather(kernel: Kernel, clamp: Clamp) -> Gather {
     }
 }
 
+/// A gather point of a pixel, with the throughput of the camera path up to it.
+#[derive(Clone, Copy)]
+struct WeightedPoint<'s> {
+    at: ShadingPoint<'s>,
+    throughput: Rgb,
+}
+
+fn weighted<'p, 's>(pixel: &'p [WeightedPoint<'s>]) -> Vec<(&'p ShadingPoint<'s>, Rgb)> {
+    let points = pixel.iter();
+    points.map(|point| (&point.at, point.throughput)).collect()
+}
+
 /// Groups of a few points with random throughputs, as the gather points of pixels: some near each
 /// other, some anywhere.
 fn pixels(scene: &Scene, seed: u64) -> Vec<Vec<WeightedPoint<'_>>> {
@@ -69,7 +81,7 @@ fn no_pair_of_clusters_sends_more_than_its_bound() {
         for kernel in [Kernel::Point, Kernel::Disc] {
             let gather = gather(kernel, Clamp::None);
             for pixel in pixels(&scene, 7) {
-                let sensors = GatherTree::new(&pixel);
+                let sensors = GatherTree::new(&weighted(&pixel));
                 let context = PairContext::new(&gather, &scene, &lights, &sensors);
                 let receivers = (rng.next_f32() * sensors.nodes.len() as f32) as usize;
                 // Nodes of all depths.
@@ -121,7 +133,7 @@ fn cut(
     limits: CutLimits,
     pixel: &[WeightedPoint],
 ) -> (Rgb, Gathered) {
-    let sums = gather.sum_of_pixel(scene, lights, limits, 0.0, pixel);
+    let sums = gather.sum_of_pixel(scene, lights, limits, 0.0, &weighted(pixel));
     let weighted = pixel.iter().zip(&sums);
     let sum = weighted
         .map(|(point, sum)| point.throughput * sum.radiance)
@@ -229,9 +241,7 @@ fn the_weights_of_all_techniques_sum_to_one() {
             for _ in 0..40 {
                 let id = LightId((rng.next_f32() * all.len() as f32) as u32);
                 let light = &all[id.index()];
-                let throughput = Rgb::WHITE;
-                let weighted = [WeightedPoint { at, throughput }];
-                let sensors = GatherTree::new(&weighted);
+                let sensors = GatherTree::new(&[(&at, Rgb::WHITE)]);
                 let context = PairContext::new(&gather, &scene, &lights, &sensors);
                 let mut cost = Gathered::default();
                 let value = context.value(&sensors.sensors[0], id, Parts::All, &mut cost);

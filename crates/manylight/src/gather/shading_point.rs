@@ -34,15 +34,6 @@ impl<'s> AsRef<ShadingPoint<'s>> for ShadingPoint<'s> {
     }
 }
 
-/// A gather point of a pixel, with the throughput of the camera path up to it.
-#[derive(Clone, Copy, Debug)]
-pub struct WeightedPoint<'s> {
-    /// The point.
-    pub at: ShadingPoint<'s>,
-    /// Throughput, which contains the weights of the technique.
-    pub throughput: Rgb,
-}
-
 /// The sum of the lights at a point, with its cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {

@@ -22,7 +22,7 @@ use super::{PreparedPasses, chain, direction, prefix};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
-use crate::gather::{CutLimits, Gathered, Strategy, WeightedPoint};
+use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy};
 use crate::ids::MaterialId;
 use crate::integrators::camera_round::{CameraRound, follow_paths};
 use crate::integrators::context::PassContext;
@@ -165,11 +165,8 @@ impl<'s> PreparedPasses<'s> {
         points.sort_by_key(|point| point.path.pixel);
         let mut sums = Vec::with_capacity(points.len());
         for of_pixel in points.chunk_by(|a, b| a.path.pixel == b.path.pixel) {
-            let weighted: Vec<WeightedPoint> = (of_pixel.iter())
-                .map(|point| WeightedPoint {
-                    at: point.at,
-                    throughput: point.path.throughput,
-                })
+            let weighted: Vec<(&ShadingPoint, Rgb)> = (of_pixel.iter())
+                .map(|point| (&point.at, point.path.throughput))
                 .collect();
             let (lights, tolerance) = (&self.lights, self.tolerance);
             let gather = &self.gather;
