@@ -109,7 +109,7 @@ impl Settings<'_> {
 }
 
 /// The options of a group, with the names of its fields.
-pub(crate) fn written(group: &impl Serialize) -> Map<String, Value> {
+fn written(group: &impl Serialize) -> Map<String, Value> {
     object(serde_json::to_value(group).expect("invariant: every option can be written"))
 }
 

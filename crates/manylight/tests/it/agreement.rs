@@ -330,3 +330,14 @@ fn all_axes_give_nearly_the_same_room() {
         check(&scene, MethodKind::ManyLight(method), 12, tolerance);
     }
 }
+
+#[test]
+#[should_panic(expected = "spheres with cuts")]
+fn contradictory_settings_start_no_render() {
+    let scene = glossy_box(8).build();
+    let settings = ManyLight {
+        kernel: Kernel::Sphere,
+        ..ManyLight::rich_lightcuts()
+    };
+    film(&scene, MethodKind::ManyLight(settings), 1, 0);
+}
