@@ -6,9 +6,6 @@ use std::path::Path as FilePath;
 /// The path of a module below the root of its crate, or of an item.
 pub(crate) type Path = Vec<String>;
 
-/// The attributes in front of what is compiled for tests alone.
-const TEST_ATTRIBUTES: [&str; 2] = ["#[cfg(test)]", "#[cfg(any(test, feature = \"testing\"))]"];
-
 /// Most re-exports in a row that are followed to the definition of a name.
 const MOST_RE_EXPORTS: u32 = 8;
 
@@ -247,19 +244,17 @@ fn without_comment(line: &str) -> &str {
     line.split_once("//").map_or(line, |(code, _)| code)
 }
 
-/// The code without the items behind [`TEST_ATTRIBUTES`].
+/// The code without the items that are compiled for tests alone.
 fn without_tests(code: &str) -> String {
     let mut kept = String::new();
     let mut rest = code;
-    let first_test = |rest: &str| {
-        let places = TEST_ATTRIBUTES
-            .iter()
-            .filter_map(|a| Some((rest.find(a)?, a.len())));
-        places.min()
-    };
-    while let Some((at, length)) = first_test(rest) {
-        kept.push_str(&rest[..at]);
-        rest = after_item(&rest[at + length..]);
+    while let Some(at) = rest.find("#[cfg(") {
+        let (before, attribute) = rest.split_at(at);
+        kept.push_str(before);
+        let end = attribute.find(")]").map_or(attribute.len(), |end| end + 2);
+        let (condition, item) = attribute.split_at(end);
+        let is_for_tests = condition.contains("test") && !condition.contains("not(test");
+        rest = if is_for_tests { after_item(item) } else { item };
     }
     kept + rest
 }
