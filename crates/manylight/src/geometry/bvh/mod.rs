@@ -7,8 +7,7 @@
 //!   ([`triangle_block`]).
 //! * Streams of rays: [`stream`] with [`ray_lanes`] and [`beam`].
 //! * Packets of up to 64 rays with a common origin: [`packet`] with [`edge_volumes`].
-//! * Tiles of up to 64 x 64 segments: [`tile`] with [`shaft`], [`rows`], [`end_groups`] and
-//!   [`tile_triangle`].
+//! * Tiles of up to 64 x 64 segments: [`tile`] with [`shaft`].
 //!
 //! All kernels are generic over [`simd`](crate::simd) and run in the best instruction set of the
 //! machine.
@@ -18,7 +17,6 @@ mod binary;
 mod build;
 mod collapse;
 mod edge_volumes;
-mod end_groups;
 mod item_box;
 mod join_chunks;
 mod node;
@@ -26,7 +24,6 @@ mod object_bvh;
 mod packet;
 mod ray_lanes;
 mod reinsert;
-mod rows;
 mod shaft;
 mod split;
 mod stack;
@@ -34,7 +31,6 @@ mod stream;
 #[cfg(test)]
 mod tests;
 mod tile;
-mod tile_triangle;
 mod traverse;
 mod triangle_block;
 mod triangle_bvh;

@@ -1,10 +1,9 @@
 //! The hierarchy over triangles, and the kernels that query it.
 
 use super::build::WideTree;
-use super::end_groups::SIDE;
 use super::item_box::ItemBox;
 use super::stream::{self, LaneHits};
-use super::tile::VisibilityTile;
+use super::tile::{SIDE, VisibilityTile};
 use super::traverse::{self, BoxRay};
 use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, EachTriangle, NearestHit, NearestTriangle, Sheared};

@@ -10,12 +10,12 @@
 //! 3. single segments, sixteen lights at a time.
 //!
 //! One bit per point and light tells on which side of the triangle's plane it lies. Tolerances are
-//! those of [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
+//! those of [`EdgeVolumes`](crate::geometry::bvh::edge_volumes::EdgeVolumes).
 
-use super::edge_volumes::{ROUNDINGS, sum_of_sizes};
-use super::end_groups::{Boxes, EndGroups, GROUPS, SIDE, boxes};
-use super::shaft::middle_and_half;
-use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle};
+use super::ends::{Boxes, EndGroups, GROUPS, SIDE, boxes};
+use super::triangle::{EdgePlanes, LeafTriangles, Triangle};
+use crate::geometry::bvh::edge_volumes::{ROUNDINGS, sum_of_sizes};
+use crate::geometry::bvh::shaft::middle_and_half;
 use crate::lanes::{Float, LANES, Sixteen, Vector, lane};
 use crate::math::{Aabb, Vec3};
 use crate::simd::Simd;

@@ -1,7 +1,7 @@
 //! Triangles of a leaf relative to a visibility tile, and their edge functions.
 
-use super::edge_volumes::{ROUNDINGS, sum_of_sizes};
-use super::triangle_block::TriangleBlock;
+use crate::geometry::bvh::edge_volumes::{ROUNDINGS, sum_of_sizes};
+use crate::geometry::bvh::triangle_block::TriangleBlock;
 use crate::lanes::{Float, LANES, Sixteen, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::simd::{NARROW, Simd};

@@ -1,11 +1,11 @@
 //! The points, or the lights, of a visibility tile in groups of sixteen.
 
-use super::shaft::middle_and_half;
+use crate::geometry::bvh::shaft::middle_and_half;
 use crate::lanes::{LANES, Sixteen, Vector};
 use crate::math::{Aabb, Vec3, Vec3A};
 
 /// Largest number of points, and of lights, in a tile.
-pub(super) const SIDE: usize = 64;
+pub(in crate::geometry::bvh) const SIDE: usize = 64;
 
 /// Number of groups of [`LANES`] among [`SIDE`].
 pub(super) const GROUPS: usize = SIDE / LANES;

@@ -7,18 +7,24 @@
 //! subtrees are deferred. Packets trace the segments that are still open through them afterwards,
 //! starting from the points or from the lights: the packets that are narrower at the subtree.
 
+mod ends;
+mod rows;
+mod triangle;
+
+pub(super) use ends::SIDE;
+
 use super::build::MAX_DEPTH;
-use super::end_groups::{EndGroups, GROUPS, SIDE};
 use super::node::{LEAF, WideNode};
 use super::packet::{EMPTY_STACK, Packet, Targets};
-use super::rows::Rows;
 use super::shaft::{Shaft, Shafts};
-use super::tile_triangle::LeafTriangles;
 use super::triangle_block::{TreeParts, TriangleBlock};
 use crate::lanes::{Float, LANES};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd};
+use ends::{EndGroups, GROUPS};
+use rows::Rows;
+use triangle::LeafTriangles;
 
 /// Largest number of deferred subtrees per direction of packets; further ones are traversed at
 /// once.
