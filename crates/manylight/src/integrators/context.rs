@@ -1,8 +1,11 @@
 //! What a pass works with, besides the scene.
 
+use crate::bsdf::Lobes;
 use crate::emitters::EmissionGuide;
 use crate::film::{Film, TileSamples, Tiling};
+use crate::particles::{Photon, trace_photons};
 use crate::sampling::Pass;
+use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,6 +27,22 @@ impl PassContext<'_> {
     pub(super) fn at_pass(self, index: u32) -> Self {
         let pass = Pass { index, ..self.pass };
         PassContext { pass, ..self }
+    }
+
+    /// [`trace_photons`] of this pass, as the stage "photons".
+    pub(super) fn trace_photons(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        paths: u32,
+        segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
+    ) -> Vec<Photon> {
+        let photons = self.stats.time("photons", || {
+            trace_photons(scene, self.guide, limits, paths, self.pass, segments_added)
+        });
+        Stats::count(&self.stats.photon_paths, u64::from(paths));
+        Stats::count(&self.stats.photons, photons.len() as u64);
+        photons
     }
 
     /// [`Film::add_tiled_pass`] with progress, as the stage "shade". `false` if cancelled.

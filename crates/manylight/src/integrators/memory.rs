@@ -78,14 +78,7 @@ fn of_many_light(
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * group.passes.len() as f64;
-    let probes = trace_photons(
-        scene,
-        &scene.emission_guide(),
-        limits,
-        PROBES,
-        Pass { seed, index: 0 },
-        usable_by_virtual_lights,
-    );
+    let probes = probes(scene, limits, seed, usable_by_virtual_lights);
     let is_glossy = |photon: &&Photon| {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
         bsdf.lobes().has(Lobes::GLOSSY)
@@ -126,14 +119,21 @@ fn of_many_light(
 
 /// Of the photons of one pass.
 fn of_photon_map(method: &PhotonMap, scene: &Scene, limits: PathLimits, seed: u64) -> StageMemory {
-    let probes = method.trace_photons(
-        scene,
-        &scene.emission_guide(),
-        limits,
-        PROBES,
-        Pass { seed, index: 0 },
-    );
+    let probes = probes(scene, limits, seed, |surface, event| {
+        method.segments_added(scene, surface, event)
+    });
     photon_memory(&probes, f64::from(method.photon_paths))
+}
+
+/// The photons of [`PROBES`] paths; `segments_added` as in [`trace_photons`].
+fn probes(
+    scene: &Scene,
+    limits: PathLimits,
+    seed: u64,
+    segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
+) -> Vec<Photon> {
+    let (guide, pass) = (scene.emission_guide(), Pass { seed, index: 0 });
+    trace_photons(scene, &guide, limits, PROBES, pass, segments_added)
 }
 
 /// Of the photons of `paths` photon paths, estimated by those of [`PROBES`] paths.

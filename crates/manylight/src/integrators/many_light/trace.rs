@@ -4,9 +4,7 @@ use super::compensation_photons::{ReflectedPhoton, reflected};
 use super::schedule::GroupContext;
 use crate::bsdf::Lobes;
 use crate::maps::{IncidentMap, KdTree};
-use crate::particles::{
-    Importon, Photon, trace_importons, trace_photons, usable_by_virtual_lights,
-};
+use crate::particles::{Importon, Photon, trace_importons, usable_by_virtual_lights};
 use crate::stats::Stats;
 
 /// Photons in an estimate at a gather point. Measured at 192, over 4 passes at 160x90: variance
@@ -15,20 +13,8 @@ pub(super) const PHOTON_NEIGHBORS: usize = 48;
 
 /// The photons of a group: on every surface with non-specular lobes, in path order.
 pub(super) fn photons(cx: &GroupContext) -> Vec<Photon> {
-    let (stats, paths) = (cx.run.stats, cx.group.photon_paths);
-    let photons = stats.time("photons", || {
-        trace_photons(
-            cx.scene,
-            cx.run.guide,
-            cx.limits,
-            paths,
-            cx.run.pass,
-            usable_by_virtual_lights,
-        )
-    });
-    Stats::count(&stats.photon_paths, u64::from(paths));
-    Stats::count(&stats.photons, photons.len() as u64);
-    photons
+    let paths = cx.group.photon_paths;
+    (cx.run).trace_photons(cx.scene, cx.limits, paths, usable_by_virtual_lights)
 }
 
 /// The importons of a group, ready for density estimates of importance.

@@ -30,14 +30,11 @@ pub use settings::{Estimate, PhotonMap};
 
 use super::context::PassContext;
 use crate::bsdf::Lobes;
-use crate::emitters::EmissionGuide;
 use crate::film::{Film, Tiling};
 use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
-use crate::particles::{Photon, trace_photons};
-use crate::sampling::Pass;
+use crate::particles::Photon;
 use crate::scene::{PathLimits, Scene};
-use crate::stats::Stats;
 use camera_paths::PhotonMapPass;
 
 impl PhotonMap {
@@ -53,11 +50,8 @@ impl PhotonMap {
             return false;
         }
         let stats = run.stats;
-        let photons = stats.time("photons", || {
-            self.trace_photons(scene, run.guide, limits, self.photon_paths, run.pass)
-        });
-        Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
-        Stats::count(&stats.photons, photons.len() as u64);
+        let added = |surface, event| self.segments_added(scene, surface, event);
+        let photons = run.trace_photons(scene, limits, self.photon_paths, added);
         let (incident, photons) = stats.time("maps", || {
             let incident = match self.estimate {
                 Estimate::Progressive => IncidentMap::of_environment(scene, &photons),
@@ -85,20 +79,17 @@ impl PhotonMap {
         })
     }
 
-    /// The photons of `paths` photon paths that some camera path may use, in path order.
-    pub(super) fn trace_photons(
+    /// For [`trace_photons`](crate::particles::trace_photons): the photons that some camera path may
+    /// use.
+    pub(super) fn segments_added(
         &self,
         scene: &Scene,
-        guide: &EmissionGuide,
-        limits: PathLimits,
-        paths: u32,
-        pass: Pass,
-    ) -> Vec<Photon> {
-        trace_photons(scene, guide, limits, paths, pass, |surface, event| {
-            // After a non-specular event, all non-specular lobes gather. Photons of the environment
-            // guide directions.
-            let is_useful = self.counts(event) || scene.emitters.has_environment();
-            (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
-        })
+        surface: Lobes,
+        event: Lobes,
+    ) -> Option<u32> {
+        // After a non-specular event, all non-specular lobes gather. Photons of the environment guide
+        // directions.
+        let is_useful = self.counts(event) || scene.emitters.has_environment();
+        (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
     }
 }
