@@ -20,7 +20,9 @@ const SMOOTH: f32 = 1e-3;
 
 /// Width and height of the image of a texture that is not an image.
 const SAMPLED_SIZE: usize = 512;
-/// The same for the mean alone. Unmeasured.
+/// The same for the mean alone: one point for each unit of [`SAMPLED_EDGE`]. Over 35 textures, the
+/// patterns of PBRT at scales from 0.02 to 20, the mean alpha differs by at most 3.4 % from that of
+/// 1024 x 1024 points; with half the size by 16 %, with double by 1.0 % in four times the time.
 const MEAN_SIZE: usize = 64;
 
 /// Alpha of a roughness in PBRT v4.
