@@ -5,21 +5,21 @@ use crate::messages::check_file_error;
 use manylight::geometry::Mesh;
 use manylight_io::FileError;
 use manylight_io::mesh::{
-    AttributePlace, MeshAttribute, MeshFormat, orient_to_normals, read_curves,
-    read_with_attributes, smooth_normals,
+    AttributePlace, MeshAttribute, MeshFormat, orient_to_normals, read_curves, read_mesh,
+    smooth_normals,
 };
 
 /// Reads an OBJ file.
 pub(crate) fn check_obj(input: &[u8]) {
     with_file(input, "mesh.obj", |path| {
-        check(read_with_attributes(path, MeshFormat::Obj));
+        check(read_mesh(path, MeshFormat::Obj, true));
     });
 }
 
 /// Reads a PLY file.
 pub(crate) fn check_ply(input: &[u8]) {
     with_file(input, "mesh.ply", |path| {
-        check(read_with_attributes(path, MeshFormat::Ply));
+        check(read_mesh(path, MeshFormat::Ply, true));
     });
 }
 
@@ -28,7 +28,7 @@ pub(crate) fn check_serialized(input: &[u8]) {
     with_file(input, "mesh.serialized", |path| {
         for shape_index in 0..2 {
             let format = MeshFormat::Serialized { shape_index };
-            check(read_with_attributes(path, format));
+            check(read_mesh(path, format, true));
         }
     });
 }

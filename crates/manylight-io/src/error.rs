@@ -1,4 +1,4 @@
-//! Errors of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
+//! Errors and warnings of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
 
 use crate::shown::shown_path;
 use crate::source_text::SourceText;
@@ -157,7 +157,8 @@ impl miette::Diagnostic for Diagnostic {
 
 /// The error that prevents loading a scene. `Display` gives the message alone; printed as a [`miette::Diagnostic`], it also
 /// shows location, excerpt and help.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, miette::Diagnostic)]
+#[diagnostic(transparent)]
 pub struct LoadError {
     diagnostic: Box<Diagnostic>,
 }
@@ -190,28 +191,45 @@ impl fmt::Display for LoadError {
 
 impl std::error::Error for LoadError {}
 
-crate::error::delegate_diagnostic!(LoadError, diagnostic);
-
-/// Implements `miette::Diagnostic` for a type by delegating to the field `$field`.
-macro_rules! delegate_diagnostic {
-    ($type:ty, $field:ident) => {
-        impl miette::Diagnostic for $type {
-            fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-                self.$field.code()
-            }
-            fn severity(&self) -> Option<miette::Severity> {
-                miette::Diagnostic::severity(&*self.$field)
-            }
-            fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-                miette::Diagnostic::help(&*self.$field)
-            }
-            fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-                self.$field.source_code()
-            }
-            fn labels(&self) -> Option<Box<dyn Iterator<Item = miette::LabeledSpan> + '_>> {
-                self.$field.labels()
-            }
-        }
-    };
+/// A part of a scene file that is ignored or replaced. `Display` gives `path:line:column: message`.
+#[derive(Clone, Debug, miette::Diagnostic)]
+#[diagnostic(transparent)]
+pub struct Warning {
+    diagnostic: Box<Diagnostic>,
 }
-pub(crate) use delegate_diagnostic;
+
+impl Warning {
+    /// Severity, class, message, location and help.
+    pub fn diagnostic(&self) -> &Diagnostic {
+        &self.diagnostic
+    }
+
+    /// What was found and what is done instead.
+    pub fn message(&self) -> &str {
+        &self.diagnostic.message
+    }
+
+    /// Where it was found; `None` if it concerns no single place of a file.
+    pub fn location(&self) -> Option<&Location> {
+        self.diagnostic.location.as_ref()
+    }
+}
+
+impl From<Diagnostic> for Warning {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Warning {
+            diagnostic: Box::new(diagnostic),
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(location) = self.location() {
+            write!(f, "{location}: ")?;
+        }
+        f.write_str(self.message())
+    }
+}
+
+impl std::error::Error for Warning {}

@@ -47,23 +47,12 @@ impl FileError {
 
     /// Reading `path` failed with `error`.
     pub fn unreadable(path: &Path, error: io::Error) -> Self {
-        let (message, kind) = match error.kind() {
-            io::ErrorKind::NotFound => (
-                "the file does not exist".to_owned(),
-                FileErrorKind::NotFound,
-            ),
-            _ => (
-                format!("cannot be read: {error}"),
-                FileErrorKind::Unreadable(error),
-            ),
-        };
-        FileError {
-            path: path.to_owned(),
-            line: None,
-            column: None,
-            message,
-            kind,
+        if error.kind() == io::ErrorKind::NotFound {
+            let message = "the file does not exist".to_owned();
+            return FileError::whole(path, message, FileErrorKind::NotFound);
         }
+        let message = format!("cannot be read: {error}");
+        FileError::whole(path, message, FileErrorKind::Unreadable(error))
     }
 
     /// Writing `path` failed with `error`.
@@ -72,12 +61,17 @@ impl FileError {
             io::ErrorKind::NotFound => "cannot be written: the folder does not exist".to_owned(),
             _ => format!("cannot be written: {error}"),
         };
+        FileError::whole(path, message, FileErrorKind::Unwritable(error))
+    }
+
+    /// An error about a file as a whole.
+    fn whole(path: &Path, message: String, kind: FileErrorKind) -> Self {
         FileError {
             path: path.to_owned(),
             line: None,
             column: None,
             message,
-            kind: FileErrorKind::Unwritable(error),
+            kind,
         }
     }
 }

@@ -51,15 +51,28 @@
 //!
 //! # Layers
 //!
-//! A module uses only modules with smaller numbers.
+//! A module imports only from modules with smaller numbers. Within a folder, no files import each other
+//! in a circle.
 //!
 //! ```text
-//! 4 scene               scene files to descriptions
-//! 3 mesh                file formats of meshes and curves
-//! 2 image spectra part  file formats; sky: computed environment maps
-//! 1 warning             warnings of a scene
-//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; read: regular files; replace: whole files or none; shown: text for terminals; source_text: excerpts
+//! 5 scene
+//! 4 mesh
+//! 3 image spectra sky part
+//! 2 error replace gzip
+//! 1 source_text file_error resolve
+//! 0 hex shown read suggest
 //! ```
+//!
+//! | module | content |
+//! |---|---|
+//! | `scene` | scene files to descriptions |
+//! | `mesh` | file formats of meshes and curves |
+//! | `image`, `spectra`, `part` | file formats |
+//! | `sky` | computed environment maps |
+//! | `error`, `file_error` | diagnostics of scene files, errors of other files |
+//! | `read`, `gzip`, `replace` | regular files, compressed ones, whole files or none |
+//! | `resolve`, `suggest` | file lookup, misspelled names |
+//! | `source_text`, `shown` | excerpts, text for terminals |
 
 pub mod error;
 pub mod file_error;
@@ -76,12 +89,12 @@ mod shown;
 pub mod sky;
 mod source_text;
 pub mod spectra;
-pub mod warning;
+mod suggest;
 
 #[cfg(test)]
-mod fuzz;
+mod testing;
 
-pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
+pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity, Warning};
 pub use file_error::{FileError, FileErrorKind, read_text};
 pub use replace::{check_replaceable, is_same_file, write_file};
 pub use scene::{
@@ -89,4 +102,3 @@ pub use scene::{
     check_scene, load_scene, scene_digest, supported,
 };
 pub use shown::{clean_text, shown_path};
-pub use warning::Warning;

@@ -19,11 +19,12 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write().map_err(|error| FileError::unwritable(path, error))
 }
 
-/// Like [`check_replaceable`], for a file that must be a regular one: a part of a render is not written from start to end.
+/// Like [`check_replaceable`], for a file that must be a regular one: a part of a render is not written
+/// from start to end. Checks before a long computation that such a part can be written.
 ///
 /// # Errors
 /// As for [`check_replaceable`]; a device or a pipe has this name.
-pub(crate) fn check_regular(path: &Path) -> Result<(), FileError> {
+pub fn check_regular(path: &Path) -> Result<(), FileError> {
     refuse_special(path).map_err(|error| FileError::unwritable(path, error))?;
     check_replaceable(path)
 }

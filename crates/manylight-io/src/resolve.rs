@@ -1,5 +1,6 @@
-//! File lookup for scenes, tolerant of names written on other systems, and suggestions for misspelled names.
+//! File lookup for scenes, tolerant of names written on other systems.
 
+use crate::suggest::similar;
 use std::path::{Path, PathBuf};
 
 /// The result of a successful lookup.
@@ -80,6 +81,14 @@ pub(crate) fn similar_file(path: &Path) -> Option<String> {
     similar(&wanted, names).map(str::to_owned)
 }
 
+/// Where a file that does not exist was looked for, with a suggestion if there is a similar name.
+pub(crate) fn looked_for(path: &Path) -> String {
+    match similar_file(path) {
+        Some(similar) => format!("looked for `{}`; did you mean `{similar}`?", path.display()),
+        None => format!("looked for `{}`", path.display()),
+    }
+}
+
 /// The entries of `folder`. The empty path, which is the parent of a bare file name, means the current folder.
 fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
     let folder = if folder.as_os_str().is_empty() {
@@ -88,22 +97,6 @@ fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
         folder
     };
     Some(std::fs::read_dir(folder).ok()?.flatten())
-}
-
-/// The name in `known` most similar to `found`, if one is similar enough to suggest. Case is ignored.
-pub(crate) fn similar<'a>(
-    found: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    /// Least Jaro-Winkler similarity of a suggestion. A lower value suggests unrelated names.
-    const MIN_SIMILARITY: f64 = 0.75;
-    let lower = found.to_lowercase();
-    known
-        .into_iter()
-        .map(|name| (strsim::jaro_winkler(&lower, &name.to_lowercase()), name))
-        .filter(|(score, _)| *score >= MIN_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)))
-        .map(|(_, name)| name)
 }
 
 #[cfg(test)]
@@ -133,13 +126,5 @@ mod tests {
         let found = resolve("cargo.TOML", &[PathBuf::new()]).unwrap();
         assert_eq!(found.path, Path::new("Cargo.toml"));
         assert!(found.remark.is_some());
-    }
-
-    #[test]
-    fn only_similar_names_are_suggested() {
-        let known = ["diffuse", "dielectric", "roughconductor"];
-        assert_eq!(similar("difuse", known), Some("diffuse"));
-        assert_eq!(similar("Dielektric", known), Some("dielectric"));
-        assert_eq!(similar("xyz", known), None);
     }
 }

@@ -1,9 +1,7 @@
 //! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
 
-use super::layered::{LayeredImage, interleave};
-use super::place::ImageWindow;
-use super::size_check::check_size;
-use super::{exr_chunks, exr_dwa};
+use super::exr_checks::{check_headers, damaged};
+use super::layered::{ImageWindow, LayeredImage, interleave};
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -118,40 +116,6 @@ fn window_of(
     let size = [part.size.width(), part.size.height()];
     let is_inside = (0..2).all(|i| window.offset[i] + size[i] <= window.full_size[i]);
     (is_inside && size != window.full_size).then_some(window)
-}
-
-/// Rejects headers that declare more samples than the file can contain, and chunks that are longer than the file, before anything is
-/// allocated.
-fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
-    /// Most decoded bytes per byte of a file: those of PXR24, which stores three of the four bytes of a float by deflate, which
-    /// expands 1032 times.
-    const EXPANSION: u32 = 1032 * 4 / 3;
-    /// That of DWA, which stores a number for 64 pixels. Images of one color may exceed it.
-    const DWA_EXPANSION: u32 = 1 << 15;
-    let meta = exr_chunks::read_headers(bytes)?;
-    let is_dwa = meta.headers.iter().any(exr_dwa::is_dwa);
-    let expansion = if is_dwa { DWA_EXPANSION } else { EXPANSION };
-    let mut decoded = 0;
-    for header in &meta.headers {
-        let size = header.layer_size;
-        let channels = header.channels.list.iter();
-        let pixel: usize = channels.map(|c| c.sample_type.bytes_per_sample()).sum();
-        decoded += size.width() as u128 * size.height() as u128 * pixel as u128;
-        check_size(
-            [size.width(), size.height()],
-            decoded,
-            bytes.len(),
-            expansion,
-        )?;
-    }
-    if is_dwa {
-        exr_dwa::check_chunks(bytes)?;
-    }
-    Ok(())
-}
-
-pub(super) fn damaged(error: exr::error::Error) -> Fault {
-    Fault::new(format!("the EXR image cannot be decoded: {error}"))
 }
 
 fn text(text: &Text) -> String {

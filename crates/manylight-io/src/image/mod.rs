@@ -5,15 +5,13 @@
 
 mod agx;
 mod cryptomatte;
-mod exr_chunks;
-mod exr_dwa;
+mod exr_checks;
 mod exr_file;
 mod finite;
 mod jpeg;
 mod layered;
 mod low_range;
 mod pfm;
-mod place;
 mod png_file;
 mod size_check;
 mod transfer;
@@ -25,8 +23,7 @@ mod tests;
 
 pub use cryptomatte::Cryptomatte;
 pub(crate) use finite::{NotFinite, make_finite};
-pub use layered::{ImageLayer, LayeredImage, interleave};
-pub use place::{ImageCamera, ImageWindow};
+pub use layered::{ImageCamera, ImageLayer, ImageWindow, LayeredImage, interleave};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use view::{DisplayTransform, View};
 pub use write::{ImageFormat, check_writable, encode_png, write_image};

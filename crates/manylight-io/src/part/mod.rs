@@ -22,9 +22,10 @@ mod read;
 mod tests;
 mod write;
 
+pub use crate::replace::check_regular as check_part_writable;
 pub use header::{PartFilm, PartHeader};
 pub use read::PartFile;
-pub use write::{check_part_writable, write_part};
+pub use write::write_part;
 
 /// Version of the layout.
 pub const FORMAT: u32 = 1;

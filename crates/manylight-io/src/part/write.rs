@@ -3,7 +3,7 @@
 use super::{BUFFER, DIGEST_DIGITS, DIGEST_KEY, HEADER_KEY, PartHeader};
 use crate::file_error::FileError;
 use crate::hex::hex;
-use crate::replace::{check_regular, replace};
+use crate::replace::replace;
 use manylight::film::arrays::{ArrayValues, SumArray};
 use safetensors::tensor::{Dtype, Metadata, TensorInfo};
 use sha2::{Digest, Sha256};
@@ -34,14 +34,6 @@ pub fn write_part<'g>(
         replace(path, |file| write_file(file, &head, &sorted))
     };
     write().map_err(|error| FileError::unwritable(path, error))
-}
-
-/// Checks before a long computation that [`write_part`] can write `path`.
-///
-/// # Errors
-/// The folder or the file is not writable.
-pub fn check_part_writable(path: &Path) -> Result<(), FileError> {
-    check_regular(path)
 }
 
 /// Length and JSON of the header, with zeros as checksum.

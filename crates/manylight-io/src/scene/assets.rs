@@ -2,20 +2,19 @@
 
 use super::attributes::AttributeRequest;
 use super::curve_files::CurveFile;
+use super::description::{add, set_environment, set_image};
+use super::pixels::{of_size, pick, three_channels};
 use super::sink::{FileSpan, Problem, Sink};
-use crate::file_error::{FileError, FileErrorKind};
+use crate::file_error::FileError;
 use crate::image::{NotFinite, Transfer, make_finite, read_alpha, read_image};
 use crate::mesh::{
-    MeshAttribute, MeshFormat, orient_to_normals, read_stored, read_with_attributes,
-    smooth_normals_placed,
+    MeshAttribute, MeshFormat, orient_to_normals, read_mesh as read_file, smooth_normals_placed,
 };
-use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{EmitterId, ShapeId, TextureId};
 use manylight::image::Image;
 use manylight::math::Affine3A;
 use manylight::scene::SceneDesc;
-use manylight::texture::Texture;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -89,21 +88,17 @@ pub(super) enum Decode {
 }
 
 /// What to do with an image that has been read.
-pub(super) type ImageUse = Box<dyn FnOnce(&mut SceneDesc, Image)>;
+type ImageUse = Box<dyn FnOnce(&mut SceneDesc, Image)>;
+
+/// What to do after all files have been read.
+pub(super) type Finish = Box<dyn FnOnce(&mut SceneDesc)>;
 
 /// An image file to read, and its uses.
 struct ImageRequest {
     path: PathBuf,
     decode: Decode,
     span: FileSpan,
-    targets: Vec<ImageTarget>,
-}
-
-/// A use of an image.
-enum ImageTarget {
-    Texture(TextureId, Channel),
-    Environment(EmitterId),
-    Custom(ImageUse),
+    uses: Vec<ImageUse>,
 }
 
 /// The files to read for a scene. Equal requests share one entry.
@@ -117,22 +112,19 @@ pub(super) struct Assets {
 }
 
 impl Assets {
-    /// Requests a mesh and returns its shape. `add` adds an empty shape; it is called for the first of equal requests.
+    /// Requests a mesh, and returns its shape, which is added to `shapes` for the first of equal
+    /// requests.
     pub(super) fn mesh(
         &mut self,
         request: MeshRequest,
         span: FileSpan,
-        add: impl FnOnce() -> ShapeId,
+        shapes: &mut Vec<Shape>,
     ) -> ShapeId {
-        let key = (
-            request.path.clone(),
-            format!(
-                "{:?} {} {:?}",
-                request.content, request.flip_v, request.normals
-            ),
-        );
+        let (content, normals) = (&request.content, request.normals);
+        let settings = format!("{content:?} {} {normals:?}", request.flip_v);
+        let key = (request.path.clone(), settings);
         *self.mesh_ids.entry(key).or_insert_with(|| {
-            let shape = add();
+            let shape = add(shapes, Shape::Mesh(Mesh::default()));
             self.meshes.push((request, shape, span));
             shape
         })
@@ -162,7 +154,9 @@ impl Assets {
         } else {
             Decode::Color(transfer)
         };
-        self.add_image(path, decode, span, ImageTarget::Texture(texture, channel));
+        self.add_image_use(path, decode, span, move |desc, image| {
+            set_image(&mut desc.textures, texture, select(image, channel));
+        });
     }
 
     /// Requests the image of an environment emitter.
@@ -172,12 +166,10 @@ impl Assets {
         path: PathBuf,
         span: FileSpan,
     ) {
-        self.add_image(
-            path,
-            Decode::Color(Transfer::Auto),
-            span,
-            ImageTarget::Environment(emitter),
-        );
+        let decode = Decode::Color(Transfer::Auto);
+        self.add_image_use(path, decode, span, move |desc, image| {
+            set_environment(desc, emitter, three_channels(&image));
+        });
     }
 
     /// Requests an image for a use that the caller defines.
@@ -186,23 +178,19 @@ impl Assets {
         path: PathBuf,
         decode: Decode,
         span: FileSpan,
-        image_use: ImageUse,
+        image_use: impl FnOnce(&mut SceneDesc, Image) + 'static,
     ) {
-        self.add_image(path, decode, span, ImageTarget::Custom(image_use));
-    }
-
-    fn add_image(&mut self, path: PathBuf, decode: Decode, span: FileSpan, target: ImageTarget) {
         let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
             self.images.push(ImageRequest {
                 path,
                 decode,
                 span,
-                targets: Vec::new(),
+                uses: Vec::new(),
             });
             self.images.len() - 1
         });
-        self.images[index].targets.push(target);
+        self.images[index].uses.push(Box::new(image_use));
     }
 
     /// Reads all files and stores their content in `desc`. Errors are reported.
@@ -247,7 +235,7 @@ impl Assets {
                     if let Some(replaced) = replaced {
                         report_replaced(sink, request.span, &request.path, &replaced);
                     }
-                    distribute(desc, request.targets, image);
+                    distribute(desc, request.uses, image);
                 }
                 Err(error) => report(sink, request.span, &error, "image"),
             }
@@ -261,8 +249,7 @@ fn read_mesh(
     attributes: bool,
 ) -> Result<(Mesh, Vec<MeshAttribute>), FileError> {
     let (mut mesh, attributes) = match &request.content {
-        MeshContent::Mesh(format) if attributes => read_with_attributes(&request.path, *format)?,
-        MeshContent::Mesh(format) => (read_stored(&request.path, *format)?, Vec::new()),
+        MeshContent::Mesh(format) => read_file(&request.path, *format, attributes)?,
         MeshContent::Curves(curves) => (curves.read(&request.path)?, Vec::new()),
     };
     if request.flip_v {
@@ -303,15 +290,8 @@ fn decoded(path: &Path, decode: Decode) -> Result<Image, FileError> {
 /// The mean of the channels of every pixel.
 fn mean_of_channels(image: &Image) -> Image {
     let pixels = image.data.chunks_exact(image.channels);
-    let data = pixels
-        .map(|pixel| pixel.iter().sum::<f32>() / pixel.len() as f32)
-        .collect();
-    Image {
-        width: image.width,
-        height: image.height,
-        channels: 1,
-        data,
-    }
+    let means = pixels.map(|pixel| pixel.iter().sum::<f32>() / pixel.len() as f32);
+    of_size(image, 1, means.collect())
 }
 
 fn report_replaced(sink: &Sink, span: FileSpan, path: &Path, replaced: &NotFinite) {
@@ -322,39 +302,19 @@ fn report_replaced(sink: &Sink, span: FileSpan, path: &Path, replaced: &NotFinit
 
 fn report(sink: &Sink, span: FileSpan, error: &FileError, what: &str) {
     let message = format!("cannot use the {what} file {error}");
-    let problem =
-        Problem::new("scene::broken_file", span, message).label(format!("this {what} file"));
-    sink.error(match error.kind {
-        FileErrorKind::Unreadable(_) => problem.file_system(),
-        _ => problem,
-    });
+    let problem = Problem::new("scene::broken_file", span, message);
+    let problem = problem.label(format!("this {what} file"));
+    sink.error(problem.caused_by(error));
 }
 
 /// Stores an image for all of its uses, without copying it for the last one.
-fn distribute(desc: &mut SceneDesc, mut targets: Vec<ImageTarget>, image: Image) {
-    let last = targets.pop();
-    for target in targets {
-        store_image(desc, target, image.clone());
+fn distribute(desc: &mut SceneDesc, mut uses: Vec<ImageUse>, image: Image) {
+    let last = uses.pop();
+    for image_use in uses {
+        image_use(desc, image.clone());
     }
     if let Some(last) = last {
-        store_image(desc, last, image);
-    }
-}
-
-fn store_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
-    match target {
-        ImageTarget::Texture(texture, channel) => {
-            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-                bitmap.image = select(image, channel);
-            }
-        }
-        ImageTarget::Environment(emitter) => {
-            if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
-                let gray = image.channels < 3;
-                environment.image = pick(&image, if gray { &[0, 0, 0] } else { &[0, 1, 2] });
-            }
-        }
-        ImageTarget::Custom(image_use) => image_use(desc, image),
+        last(desc, image);
     }
 }
 
@@ -364,19 +324,5 @@ fn select(image: Image, channel: Channel) -> Image {
         (Channel::All | Channel::Alpha, _) => image,
         (Channel::Index(_), 1) => image,
         (Channel::Index(index), _) => pick(&image, &[index]),
-    }
-}
-
-/// The `wanted` channels, in this order.
-pub(super) fn pick(image: &Image, wanted: &[usize]) -> Image {
-    let pixels = image.data.chunks_exact(image.channels);
-    let data = pixels
-        .flat_map(|pixel| wanted.iter().map(|&index| pixel[index]))
-        .collect();
-    Image {
-        width: image.width,
-        height: image.height,
-        channels: wanted.len(),
-        data,
     }
 }

@@ -1,7 +1,7 @@
 //! Lookup of the files that a scene names.
 
 use super::sink::{Problem, Sink, Text};
-use crate::resolve::{resolve, similar_file};
+use crate::resolve::{looked_for, resolve};
 use std::path::{Path, PathBuf};
 
 /// The path of a file without symbolic links, by which files that include themselves are found.
@@ -57,13 +57,8 @@ fn look_up(sink: &Sink, folders: &[PathBuf], name: &Text) -> Option<PathBuf> {
 }
 
 fn missing(folders: &[PathBuf], name: &Text, what: &str) -> Problem {
-    let path = folders[0].join(&name.value);
-    let help = match similar_file(&path) {
-        Some(similar) => format!("looked for `{}`; did you mean `{similar}`?", path.display()),
-        None => format!("looked for `{}`", path.display()),
-    };
     let message = format!("the {what} `{}` does not exist", name.value);
     Problem::new("scene::missing_file", name.span, message)
         .label("not found")
-        .help(help)
+        .help(looked_for(&folders[0].join(&name.value)))
 }

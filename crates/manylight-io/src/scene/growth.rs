@@ -1,6 +1,6 @@
 //! A bound for what is made from the data of a file: any number of its parts may use the same data.
 
-use super::sink::{FileSpan, Problem, Sink};
+use super::sink::{FileSpan, Sink};
 
 /// Most bytes that may be made: the larger of both.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +15,7 @@ impl Exceeded {
     /// Adds an error at `span`, the first time.
     pub(super) fn report(self, sink: &Sink, code: &'static str, span: FileSpan) {
         if let Some(message) = self.message {
-            sink.error(Problem::new(code, span, message));
+            sink.error_at(code, span, message);
         }
     }
 }

@@ -3,6 +3,7 @@
 mod assets;
 mod attributes;
 mod curve_files;
+mod description;
 mod digest;
 mod expansion;
 mod files;
@@ -10,32 +11,26 @@ mod gltf;
 mod growth;
 mod mitsuba;
 mod names;
+mod options;
+mod parameters;
 mod pbrt;
+mod pixels;
+mod plugins;
 mod sink;
 mod tubes;
 
 pub use digest::scene_digest;
-pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
+pub use options::{EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
+pub use plugins::SupportedFamily;
 
-use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
+use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity, Warning};
 use crate::read::read_regular;
+use crate::resolve::similar_file;
 use crate::shown::shown_path;
-use crate::warning::Warning;
 use manylight::scene::SceneDesc;
 use sink::Sink;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Options of loading.
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of the file.
-    pub defines: Vec<(String, String)>,
-    /// Whether the first warning is an error.
-    pub strict: bool,
-    /// Options for glTF scenes. Options that differ from the default are errors for scenes of other formats.
-    pub gltf: GltfOptions,
-}
 
 /// The description of a scene, and the warnings of loading it.
 #[derive(Clone, Debug)]
@@ -48,20 +43,10 @@ pub struct LoadedScene {
     pub files: Vec<PathBuf>,
 }
 
-/// The supported plugins of one family in one format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SupportedFamily {
-    /// Format of the scene files: `mitsuba` or `pbrt`.
-    pub format: &'static str,
-    /// Plural name of the family, such as `bsdfs`.
-    pub name: &'static str,
-    /// Sorted names of the plugins.
-    pub plugins: &'static [&'static str],
-}
-
 /// The supported plugins of scene files, by format and family.
 pub fn supported() -> impl Iterator<Item = SupportedFamily> {
-    mitsuba::SUPPORTED.iter().chain(pbrt::SUPPORTED).copied()
+    let families = mitsuba::SUPPORTED.iter().chain(&pbrt::SUPPORTED);
+    families.copied()
 }
 
 /// Loads the scene in the file `path`, with all included files, meshes and images.
@@ -116,14 +101,9 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         Ok(bytes) => bytes,
         Err(error) => {
             let message = format!("cannot read the scene file `{}`: {error}", shown_path(path));
-            let help =
-                crate::resolve::similar_file(path).map(|name| format!("did you mean `{name}`?"));
-            sink.report(whole_file(
-                "scene::unreadable",
-                message,
-                help,
-                LoadErrorKind::FileSystem,
-            ));
+            let help = similar_file(path).map(|name| format!("did you mean `{name}`?"));
+            let kind = LoadErrorKind::FileSystem;
+            sink.file_error("scene::unreadable", message, help, kind);
             return None;
         }
     };
@@ -135,12 +115,8 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     if options.gltf != GltfOptions::default() {
         let message = format!("`{}` is not a glTF scene", path.display());
         let help = "the options for light units, environments and material variants apply to glTF scenes alone";
-        sink.report(whole_file(
-            "scene::option",
-            message,
-            Some(help.to_owned()),
-            LoadErrorKind::Option,
-        ));
+        let help = Some(help.to_owned());
+        sink.file_error("scene::option", message, help, LoadErrorKind::Option);
         return None;
     }
     if matches!(format, Format::Pbrt) {
@@ -154,12 +130,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
                 "the scene file `{}` is not UTF-8 text: invalid byte at offset {offset}",
                 path.display()
             );
-            sink.report(whole_file(
-                "scene::encoding",
-                message,
-                None,
-                LoadErrorKind::Scene,
-            ));
+            sink.file_error("scene::encoding", message, None, LoadErrorKind::Scene);
             return None;
         }
     };
@@ -192,28 +163,6 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     let message = format!("the scene file `{}` has an unknown format", path.display());
     let help = "expected Mitsuba XML (`.xml`), versions 0.4 to 3, PBRT (`.pbrt`), versions 3 and 4, or glTF 2.0 (`.gltf`, `.glb`)";
     let help = Some(help.to_owned());
-    sink.report(whole_file(
-        "scene::unknown_format",
-        message,
-        help,
-        LoadErrorKind::Scene,
-    ));
+    sink.file_error("scene::unknown_format", message, help, LoadErrorKind::Scene);
     None
-}
-
-/// An error about a file as a whole.
-fn whole_file(
-    code: &'static str,
-    message: String,
-    help: Option<String>,
-    kind: LoadErrorKind,
-) -> Diagnostic {
-    Diagnostic {
-        severity: Severity::Error,
-        kind,
-        code,
-        message,
-        location: None,
-        help,
-    }
 }

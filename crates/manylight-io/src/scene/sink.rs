@@ -1,6 +1,7 @@
 //! Collection of errors and warnings. Loading continues after an error, so that one run finds all problems.
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
+use crate::file_error::{FileError, FileErrorKind};
 use crate::source_text::SourceText;
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeSet, HashSet};
@@ -19,7 +20,7 @@ pub(super) struct FileSpan {
 }
 
 /// A piece of text with its location.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Text {
     pub(super) value: String,
     pub(super) span: FileSpan,
@@ -88,6 +89,14 @@ impl Problem {
         self.kind = LoadErrorKind::FileSystem;
         self
     }
+
+    /// Marks the problem as one of the file system if a file cannot be read because of it.
+    pub(super) fn caused_by(self, error: &FileError) -> Self {
+        match error.kind {
+            FileErrorKind::Unreadable(_) => self.file_system(),
+            _ => self,
+        }
+    }
 }
 
 struct SourceFile {
@@ -139,9 +148,32 @@ impl Sink {
         self.found.borrow_mut().push((None, diagnostic));
     }
 
+    /// Adds an error about a file as a whole.
+    pub(super) fn file_error(
+        &self,
+        code: &'static str,
+        message: String,
+        help: Option<String>,
+        kind: LoadErrorKind,
+    ) {
+        self.report(Diagnostic {
+            severity: Severity::Error,
+            kind,
+            code,
+            message,
+            location: None,
+            help,
+        });
+    }
+
     /// Adds an error: the scene cannot be used.
     pub(super) fn error(&self, problem: Problem) {
         self.add(Severity::Error, problem);
+    }
+
+    /// Adds an error that has neither a label nor a suggestion.
+    pub(super) fn error_at(&self, code: &'static str, span: FileSpan, message: impl Into<String>) {
+        self.error(Problem::new(code, span, message));
     }
 
     /// Adds a warning: a part of the scene is ignored or replaced.
@@ -154,6 +186,16 @@ impl Sink {
         if self.warned.borrow_mut().insert(subject.into()) {
             self.warn(problem);
         }
+    }
+
+    /// Warns about the first thing of a `subject` that is not supported.
+    pub(super) fn unsupported(
+        &self,
+        subject: impl Into<String>,
+        span: FileSpan,
+        message: impl Into<String>,
+    ) {
+        self.warn_once(subject, Problem::new("scene::unsupported", span, message));
     }
 
     /// The number of problems of a severity, including those that are not kept.

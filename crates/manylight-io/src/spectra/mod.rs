@@ -72,6 +72,11 @@ fn planck(wavelength: f64, temperature: f32) -> f64 {
     2.0 * H * C * C / (l.powi(5) * exponent.exp_m1()) * METERS_PER_NM
 }
 
+/// Whether there are samples, at increasing wavelengths.
+pub(crate) fn is_spectrum(samples: &[(f32, f32)]) -> bool {
+    !samples.is_empty() && samples.windows(2).all(|pair| pair[0].0 < pair[1].0)
+}
+
 /// Reads a text file with one wavelength in nm and one value per line. Empty lines and lines that start with `#` are skipped.
 ///
 /// # Errors
@@ -94,20 +99,14 @@ fn parse_spectrum(bytes: &[u8]) -> Result<Vec<(f32, f32)>, Fault> {
             .map(|w| w.parse().ok().filter(|v: &f32| v.is_finite()))
             .collect();
         let Some(&[wavelength, value]) = values.as_deref() else {
-            return Err(Fault::at(
-                number,
-                1,
-                format!("expected a wavelength and a value, found '{}'", line.trim()),
-            ));
+            let message = format!("expected a wavelength and a value, found '{}'", line.trim());
+            return Err(Fault::at(number, 1, message));
         };
         if spectrum.last().is_some_and(|&(last, _)| last >= wavelength) {
-            return Err(Fault::at(
-                number,
-                1,
-                format!(
-                    "the wavelength {wavelength} is not larger than the one before; expected increasing wavelengths"
-                ),
-            ));
+            let message = format!(
+                "the wavelength {wavelength} is not larger than the one before; expected increasing wavelengths"
+            );
+            return Err(Fault::at(number, 1, message));
         }
         spectrum.push((wavelength, value));
     }

@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::layered_image;
-use crate::fuzz::mutations;
+use crate::testing::mutations;
 use std::fs;
 
 fn png(color: ::image::ExtendedColorType, bytes: &[u8], width: u32) -> Vec<u8> {

@@ -71,43 +71,36 @@ impl<'a> Body<'a> {
     /// The next number.
     #[inline]
     fn value(&mut self, number: Number) -> Result<f64, Fault> {
-        match self.encoding {
-            Encoding::Ascii => self.ascii_value(),
-            Encoding::LittleEndian => match number {
-                Number::I8 => Ok(f64::from(i8::from_le_bytes(self.take()?))),
-                Number::U8 => Ok(f64::from(u8::from_le_bytes(self.take()?))),
-                Number::I16 => Ok(f64::from(i16::from_le_bytes(self.take()?))),
-                Number::U16 => Ok(f64::from(u16::from_le_bytes(self.take()?))),
-                Number::I32 => Ok(f64::from(i32::from_le_bytes(self.take()?))),
-                Number::U32 => Ok(f64::from(u32::from_le_bytes(self.take()?))),
-                Number::F32 => Ok(f64::from(f32::from_le_bytes(self.take()?))),
-                Number::F64 => Ok(f64::from_le_bytes(self.take()?)),
-            },
-            Encoding::BigEndian => match number {
-                Number::I8 => Ok(f64::from(i8::from_be_bytes(self.take()?))),
-                Number::U8 => Ok(f64::from(u8::from_be_bytes(self.take()?))),
-                Number::I16 => Ok(f64::from(i16::from_be_bytes(self.take()?))),
-                Number::U16 => Ok(f64::from(u16::from_be_bytes(self.take()?))),
-                Number::I32 => Ok(f64::from(i32::from_be_bytes(self.take()?))),
-                Number::U32 => Ok(f64::from(u32::from_be_bytes(self.take()?))),
-                Number::F32 => Ok(f64::from(f32::from_be_bytes(self.take()?))),
-                Number::F64 => Ok(f64::from_be_bytes(self.take()?)),
-            },
+        if self.encoding == Encoding::Ascii {
+            return self.ascii_value();
         }
+        Ok(match number {
+            Number::I8 => f64::from(i8::from_le_bytes(self.take()?)),
+            Number::U8 => f64::from(u8::from_le_bytes(self.take()?)),
+            Number::I16 => f64::from(i16::from_le_bytes(self.take()?)),
+            Number::U16 => f64::from(u16::from_le_bytes(self.take()?)),
+            Number::I32 => f64::from(i32::from_le_bytes(self.take()?)),
+            Number::U32 => f64::from(u32::from_le_bytes(self.take()?)),
+            Number::F32 => f64::from(f32::from_le_bytes(self.take()?)),
+            Number::F64 => f64::from_le_bytes(self.take()?),
+        })
     }
 
+    /// The next bytes of a binary file, the lowest one first.
     #[inline]
     fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        match self.bytes[self.offset..].first_chunk::<N>() {
-            Some(chunk) => {
-                self.offset += N;
-                Ok(*chunk)
-            }
-            None => Err(Fault::new(format!(
+        let Some(chunk) = self.bytes[self.offset..].first_chunk::<N>() else {
+            return Err(Fault::new(format!(
                 "the file ends at byte {}, before the last item that its header declares",
                 self.bytes.len()
-            ))),
+            )));
+        };
+        self.offset += N;
+        let mut chunk = *chunk;
+        if self.encoding == Encoding::BigEndian {
+            chunk.reverse();
         }
+        Ok(chunk)
     }
 
     fn ascii_value(&mut self) -> Result<f64, Fault> {

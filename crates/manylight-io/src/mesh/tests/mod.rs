@@ -6,7 +6,7 @@ mod serialized;
 
 use self::{obj::parse_obj, serialized::two_shapes};
 use super::*;
-use crate::fuzz::mutations;
+use crate::testing::mutations;
 use glam::Affine3A;
 use manylight::math::Vec3;
 
@@ -150,7 +150,7 @@ fn random_damage_never_panics_and_never_gives_a_broken_mesh() {
 
 #[test]
 fn missing_files_are_reported() {
-    let error = read_obj(Path::new("no/such/file.obj")).unwrap_err();
+    let error = read_mesh(Path::new("no/such/file.obj"), MeshFormat::Obj, false).unwrap_err();
     assert!(matches!(error.kind, crate::FileErrorKind::NotFound));
     assert_eq!(
         error.to_string(),

@@ -1,6 +1,6 @@
 //! Tests of the OBJ parser.
 
-use super::super::{Mesh, MeshFormat, parse, read_obj};
+use super::super::{Mesh, MeshFormat, parse, read_mesh};
 use super::{QUAD_OBJ, assert_near, message};
 use manylight::math::Vec2;
 
@@ -66,10 +66,8 @@ fn vertices_without_a_normal_get_a_smooth_one_beside_others_that_have_one() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2 3//2",
     )
     .unwrap();
-    assert_near(
-        &read_obj(&path).unwrap().normals,
-        &[[1., 0., 0.], [0., 0., 1.], [0., 0., 1.]],
-    );
+    let (mesh, _) = read_mesh(&path, MeshFormat::Obj, false).unwrap();
+    assert_near(&mesh.normals, &[[1., 0., 0.], [0., 0., 1.], [0., 0., 1.]]);
 }
 
 #[test]

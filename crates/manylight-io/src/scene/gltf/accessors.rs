@@ -322,7 +322,7 @@ impl<'a> Accessors<'a, '_> {
         };
         let count = json.required_unsigned("count")?;
         if count == 0 {
-            json.error_at("count", "found 0, expected at least 1");
+            json.unexpected("count", 0, "at least 1");
             return None;
         }
         let (columns, rows) = shape(kind)?;

@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::json::Json;
-use super::{compression, uri};
+use super::{compressed_views, uri};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
@@ -78,14 +78,14 @@ impl<'a> Buffers<'a> {
     }
 
     fn read_view(&self, json: &Json<'a>) -> Option<View> {
-        let Some(extension) = compression::of_view(json) else {
+        let Some(extension) = compressed_views::of_view(json) else {
             return self.read_range(json);
         };
-        if !compression::READS_MESHOPT && !self.refers_to_placeholder(json) {
+        if !compressed_views::READS_MESHOPT && !self.refers_to_placeholder(json) {
             return self.read_range(json);
         }
         let compressed = self.read_range(&extension)?;
-        let decoded = compression::decode_view(&extension, self.bytes(&compressed)?)?;
+        let decoded = compressed_views::decode_view(&extension, self.bytes(&compressed)?)?;
         Some(View {
             content: Content::Decoded(decoded),
             stride: stride(json).ok()?,
@@ -100,10 +100,7 @@ impl<'a> Buffers<'a> {
 
     /// The range of a buffer that `json` describes.
     fn read_range(&self, json: &Json<'a>) -> Option<View> {
-        if !json.has("buffer") {
-            json.error("the property `buffer` is missing");
-            return None;
-        }
+        json.check_given("buffer")?;
         let buffer = json.index("buffer", "buffers", self.buffers.len())?;
         let offset = json.unsigned("byteOffset").unwrap_or(0);
         let length = json.required_unsigned("byteLength")?;
@@ -131,10 +128,7 @@ impl<'a> Buffers<'a> {
 fn stride(json: &Json<'_>) -> Result<Option<usize>, ()> {
     let stride = json.unsigned("byteStride");
     if let Some(stride) = stride.filter(|stride| !(1..=256).contains(stride)) {
-        json.error_at(
-            "byteStride",
-            format!("found {stride}, expected a number from 4 to 252"),
-        );
+        json.unexpected("byteStride", stride, "a number from 4 to 252");
         return Err(());
     }
     Ok(stride.map(|stride| stride as usize))
@@ -148,10 +142,10 @@ fn read_buffer<'a>(
 ) -> Option<Cow<'a, [u8]>> {
     let length = json.required_unsigned("byteLength")?;
     if length == 0 {
-        json.error_at("byteLength", "found 0, expected at least 1");
+        json.unexpected("byteLength", 0, "at least 1");
         return None;
     }
-    if compression::is_fallback(json) {
+    if compressed_views::is_fallback(json) {
         return None;
     }
     let content: Cow<'a, [u8]> = match (json.string("uri"), data) {

@@ -1,5 +1,7 @@
 //! Cameras, and one for files without any.
 
+use super::super::description::film_of_size;
+use super::super::parameters::Numbers;
 use super::json::Json;
 use glam::{DMat3, DMat4, DVec3};
 use manylight::film::{FilmDesc, Filter};
@@ -33,43 +35,41 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
     };
     let near = lens.float_where("znear", 0.0, |v| v >= 0.0, "at least 0");
     let far = lens.float_where("zfar", FAR, |v| v > near, "more than `znear`");
-    let frame = camera_frame(world_from_node);
+    let mut sensor = SensorDesc {
+        name: name.to_owned(),
+        world_from_camera: camera_frame(world_from_node),
+        kind: SensorKind::Orthographic,
+        principal_point_offset: Vec2::ZERO,
+        near_clip: near,
+        far_clip: far,
+        film: film(DEFAULT_ASPECT),
+    };
     if kind == "perspective" {
         let yfov = positive(&lens, "yfov").filter(|fov| *fov < PI);
         let Some(yfov) = yfov else {
             lens.error("expected a `yfov` from 0 to π");
             return None;
         };
-        let aspect = positive(&lens, "aspectRatio").unwrap_or(DEFAULT_ASPECT);
-        return Some(SensorDesc {
-            name: name.to_owned(),
-            world_from_camera: frame,
-            kind: SensorKind::Perspective {
-                fov: yfov.to_degrees() as f32,
-                fov_axis: FovAxis::Y,
-            },
-            principal_point_offset: Vec2::ZERO,
-            near_clip: near,
-            far_clip: far,
-            film: film(aspect),
-        });
+        sensor.film = film(positive(&lens, "aspectRatio").unwrap_or(DEFAULT_ASPECT));
+        sensor.kind = SensorKind::Perspective {
+            fov: yfov.to_degrees() as f32,
+            fov_axis: FovAxis::Y,
+        };
+        return Some(sensor);
     }
     let extent = |name: &str| lens.number(name).map(f64::abs).filter(|v| *v > 0.0);
     let (Some(x), Some(y)) = (extent("xmag"), extent("ymag")) else {
         lens.error("expected `xmag` and `ymag` different from 0");
         return None;
     };
-    Some(SensorDesc {
-        name: name.to_owned(),
-        // The film covers [-1, 1] of the camera frame. So a unit of this frame is `xmag`, half the width.
-        world_from_camera: frame * Affine3A::from_scale(Vec3::splat(x as f32)),
-        kind: SensorKind::Orthographic,
-        principal_point_offset: Vec2::ZERO,
-        near_clip: near / x as f32,
-        // Rays start at the near plane, and end at this distance minus that of the near plane in the camera frame.
-        far_clip: far - near + near / x as f32,
-        film: film(x / y),
-    })
+    sensor.film = film(x / y);
+    // The film covers [-1, 1] of the camera frame. So a unit of this frame is `xmag`, half the width.
+    sensor.world_from_camera *= Affine3A::from_scale(Vec3::splat(x as f32));
+    sensor.near_clip = near / x as f32;
+    // Rays start at the near plane, and end at this distance minus that of the near plane in the
+    // camera frame.
+    sensor.far_clip = far - near + near / x as f32;
+    Some(sensor)
 }
 
 fn positive(json: &Json<'_>, name: &str) -> Option<f64> {
@@ -84,12 +84,7 @@ fn film(aspect: f64) -> FilmDesc {
     } else {
         UVec2::new(shorter(aspect), LONGER_EDGE as u32)
     };
-    FilmDesc {
-        size,
-        crop_offset: UVec2::ZERO,
-        crop_size: size,
-        filter: Filter::Gaussian { stddev: 0.5 },
-    }
+    film_of_size(size, Filter::Gaussian { stddev: 0.5 })
 }
 
 /// The frame of a camera at a node, without the scale of the node. glTF's cameras look along -z with +x to the right, those of

@@ -1,8 +1,6 @@
 //! The two containers of glTF: JSON text, and binary files (`.glb`) with a JSON chunk and a chunk of data.
 
-use crate::error::{Diagnostic, LoadErrorKind};
 use crate::file_error::Fault;
-use std::path::Path;
 
 /// The first bytes of a binary file.
 pub(in crate::scene) const MAGIC: &[u8] = b"glTF";
@@ -103,16 +101,10 @@ fn chunk<'a>(rest: &mut &'a [u8], offset: usize) -> Result<(u32, &'a [u8]), Faul
     Ok((kind, chunk))
 }
 
-/// An error about a file as a whole.
-pub(super) fn whole_file(path: &Path, fault: Fault) -> Diagnostic {
-    let message = format!("cannot use the glTF file {}", fault.in_file(path));
-    super::super::whole_file("gltf::container", message, None, LoadErrorKind::Scene)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fuzz::mutations;
+    use crate::testing::mutations;
 
     fn binary() -> Vec<u8> {
         let mut file = b"glTF\x02\0\0\0\x28\0\0\0".to_vec();

@@ -1,7 +1,7 @@
 //! The arrays of a glTF document, and the check of its version and extensions.
 
 use super::json::Json;
-use crate::resolve::similar;
+use crate::suggest::with_list;
 
 /// The arrays of a document.
 pub(super) struct Document<'a> {
@@ -149,10 +149,7 @@ fn check_extensions(root: &Json<'_>) {
             continue;
         }
         let list = format!("supported extensions: {}", SUPPORTED.join(", "));
-        let help = match similar(name, SUPPORTED.iter().copied()) {
-            Some(similar) => format!("did you mean `{similar}`? {list}"),
-            None => list,
-        };
+        let help = with_list(name, SUPPORTED.iter().copied(), list);
         let message = format!("the file requires the extension `{name}`, which is not supported");
         let reporter = required.reporter();
         reporter.error_with_help(required.path(), &message, help);

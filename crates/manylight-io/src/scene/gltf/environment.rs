@@ -1,12 +1,12 @@
 //! The environment, which glTF files do not have, and light for files without any.
 
+use super::super::options::{EnvironmentSource, GltfOptions};
+use super::super::pixels::three_channels;
 use super::json::Json;
-use super::options::{EnvironmentSource, GltfOptions};
 use crate::file_error::FileErrorKind;
 use crate::image::{Transfer, make_finite, read_image};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment};
-use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::scene::SceneDesc;
 use manylight::texture::ColorInput;
@@ -25,7 +25,7 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
                     root.warn_once("environment", message);
                 }
                 desc.emitters.push(Emitter::Environment(Environment {
-                    image: with_three_channels(image),
+                    image: three_channels(&image),
                     scale: options.environment_scale,
                     world_from_emitter: orientation(),
                 }));
@@ -82,16 +82,4 @@ fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
 /// the same image; the renderer's own frame has the center at +z.
 fn orientation() -> Mat3 {
     Mat3::from_cols(Vec3::NEG_Z, Vec3::Y, Vec3::X)
-}
-
-fn with_three_channels(image: Image) -> Image {
-    if image.channels >= 3 {
-        return image;
-    }
-    let pixels = image.data.chunks_exact(image.channels);
-    Image {
-        channels: 3,
-        data: pixels.flat_map(|pixel| [pixel[0]; 3]).collect(),
-        ..image
-    }
 }

@@ -1,8 +1,10 @@
 //! The KHR_materials extensions: further lobes, other interfaces, and the specular-glossiness model.
 
+use super::super::description::WHITE;
+use super::super::parameters::Numbers;
 use super::images::Content;
 use super::json::Json;
-use super::materials::{Base, MaterialReader, reflectance};
+use super::material_reader::{Base, MaterialReader, reflectance};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Distribution, Roughness};
 use manylight::color::Rgb;
@@ -61,7 +63,7 @@ fn normal_reflectance(ior: f32) -> f32 {
 }
 
 impl Lobes {
-    pub(super) fn read(reader: &mut MaterialReader<'_, '_>, base: &Base) -> Self {
+    pub(super) fn read<'a>(reader: &mut MaterialReader<'a, '_>, base: &Base) -> Self {
         let json = reader.json;
         let mut lobes = Lobes::default();
         if let Some(extension) = json.extension("KHR_materials_ior") {
@@ -144,18 +146,15 @@ impl Lobes {
         }
     }
 
-    fn set_clearcoat(&mut self, reader: &mut MaterialReader<'_, '_>, json: &Json<'_>) {
+    fn set_clearcoat<'a>(&mut self, reader: &mut MaterialReader<'a, '_>, json: &Json<'a>) {
         /// Alphas of the principled model's clear coat for a gloss of 0 and of 1.
         const ALPHAS: [f32; 2] = [0.1, 0.001];
         let factor = json.fraction("clearcoatFactor", 0.0);
         if factor == 0.0 {
             return;
         }
-        let texture = json.member("clearcoatTexture").and_then(|info| {
-            let textures = &mut reader.materials.textures;
-            textures.bitmap(reader.document, &info, Content::Channel(0), reader.vertices)
-        });
-        self.clearcoat = reader.materials.textures.scaled(factor, texture);
+        let texture = reader.texture(json, "clearcoatTexture", Content::Channel(0));
+        self.clearcoat = reader.textures.scaled(factor, texture);
         let roughness = json.fraction("clearcoatRoughnessFactor", 0.0);
         let alpha = roughness * roughness;
         self.clearcoat_gloss = ((ALPHAS[0] - alpha) / (ALPHAS[0] - ALPHAS[1])).clamp(0.0, 1.0);
@@ -199,10 +198,7 @@ impl Glass {
         if factor == 0.0 {
             return None;
         }
-        let texture = json.member("transmissionTexture").and_then(|info| {
-            let textures = &mut reader.materials.textures;
-            textures.bitmap(reader.document, &info, Content::Channel(0), reader.vertices)
-        });
+        let texture = reader.texture(&json, "transmissionTexture", Content::Channel(0));
         let opaque = match base.metallic {
             FloatInput::Constant(metallic) => factor * (1.0 - metallic),
             FloatInput::Texture(_) => factor,
@@ -210,7 +206,7 @@ impl Glass {
         if opaque == 0.0 {
             return None;
         }
-        let weight = reader.materials.textures.scaled(opaque, texture);
+        let weight = reader.textures.scaled(opaque, texture);
         let volume = reader.json.extension("KHR_materials_volume");
         let volume = volume.filter(|volume| volume.float("thicknessFactor", 0.0) > 0.0);
         // Transmission in Blender refracts; its exporter says so by a thickness only if the user gives one.
@@ -236,8 +232,6 @@ fn roughness(base: &Base) -> Option<Roughness> {
         alpha_v: FloatInput::Constant(alpha),
     })
 }
-
-const WHITE: ColorInput = ColorInput::Constant(Rgb::WHITE);
 
 /// A pane without refraction. Its base color tints transmitted light.
 fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) -> Material {
@@ -275,7 +269,7 @@ fn solid(
         }
         textured => {
             let half = ColorInput::Constant(transmittance.map(f32::sqrt));
-            reader.materials.textures.product(half, textured)
+            reader.textures.product(half, textured)
         }
     };
     Material::Dielectric {
@@ -302,53 +296,55 @@ fn absorption(volume: &Json<'_>) -> Rgb {
     color.map(|v| v.powf(thickness / distance))
 }
 
-impl<'a> MaterialReader<'a, '_> {
-    /// The specular-glossiness model, converted to the metallic-roughness model.
-    pub(super) fn specular_glossiness(&mut self, json: &Json<'a>, mode: &str) -> Base {
-        /// Reflectance from which on a specular color is that of a metal.
-        const METAL: f32 = 0.25;
-        let [r, g, b, a] = json.floats("diffuseFactor", [1.0; 4]);
-        let diffuse = reflectance([r, g, b]);
-        let specular = reflectance(json.floats("specularFactor", [1.0; 3]));
-        let glossiness = json.fraction("glossinessFactor", 1.0);
-        let name = "specularGlossinessTexture";
-        let opacity = self.opacity(json, "diffuseTexture", a, mode);
-        let gloss = Content::OneMinusOpacity { factor: glossiness };
-        let texture = self.texture(json, name, gloss);
-        let has_roughness_texture = texture.is_some();
-        let is_metal = specular.max_channel() > METAL && !has_roughness_texture;
-        if has_roughness_texture {
-            json.warn_once(
-                "specular textures",
-                "the specular colors of `specularGlossinessTexture` are replaced by a reflectance of 0.04; its glossiness is used",
-            );
-        }
-        // The brighter of both colors is that of the surface; a metal has no diffuse color.
-        let color = if is_metal {
-            ColorInput::Constant(specular)
-        } else {
-            self.color(json, "diffuseTexture", diffuse)
-        };
-        let f0 = if is_metal || has_roughness_texture {
-            normal_reflectance(DEFAULT_IOR)
-        } else {
-            specular.mean()
-        };
-        Base {
-            color,
-            opacity,
-            metallic: FloatInput::Constant(if is_metal { 1.0 } else { 0.0 }),
-            roughness: self.materials.textures.scaled(
-                if has_roughness_texture {
-                    1.0
-                } else {
-                    1.0 - glossiness
-                },
-                texture,
-            ),
-            roughness_factor: 1.0 - glossiness,
-            has_roughness_texture,
-            f0: Some(f0),
-        }
+/// The specular-glossiness model, converted to the metallic-roughness model.
+pub(super) fn specular_glossiness<'a>(
+    reader: &mut MaterialReader<'a, '_>,
+    json: &Json<'a>,
+    mode: &str,
+) -> Base {
+    /// Reflectance from which on a specular color is that of a metal.
+    const METAL: f32 = 0.25;
+    let [r, g, b, a] = json.floats("diffuseFactor", [1.0; 4]);
+    let diffuse = reflectance([r, g, b]);
+    let specular = reflectance(json.floats("specularFactor", [1.0; 3]));
+    let glossiness = json.fraction("glossinessFactor", 1.0);
+    let name = "specularGlossinessTexture";
+    let opacity = reader.opacity(json, "diffuseTexture", a, mode);
+    let gloss = Content::OneMinusOpacity { factor: glossiness };
+    let texture = reader.texture(json, name, gloss);
+    let has_roughness_texture = texture.is_some();
+    let is_metal = specular.max_channel() > METAL && !has_roughness_texture;
+    if has_roughness_texture {
+        json.warn_once(
+            "specular textures",
+            "the specular colors of `specularGlossinessTexture` are replaced by a reflectance of 0.04; its glossiness is used",
+        );
+    }
+    // The brighter of both colors is that of the surface; a metal has no diffuse color.
+    let color = if is_metal {
+        ColorInput::Constant(specular)
+    } else {
+        reader.color(json, "diffuseTexture", diffuse)
+    };
+    let f0 = if is_metal || has_roughness_texture {
+        normal_reflectance(DEFAULT_IOR)
+    } else {
+        specular.mean()
+    };
+    Base {
+        color,
+        opacity,
+        metallic: FloatInput::Constant(if is_metal { 1.0 } else { 0.0 }),
+        roughness: reader.textures.scaled(
+            if has_roughness_texture {
+                1.0
+            } else {
+                1.0 - glossiness
+            },
+            texture,
+        ),
+        roughness_factor: 1.0 - glossiness,
+        has_roughness_texture,
+        f0: Some(f0),
     }
 }

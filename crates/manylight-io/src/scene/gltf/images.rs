@@ -1,6 +1,7 @@
 //! Images of textures. Their uses are collected first; then each image is decoded once, in parallel.
 
-use super::super::assets::pick;
+use super::super::description::set_image;
+use super::super::pixels::{of_size, pick};
 use super::buffers::Buffers;
 use super::document::Document;
 use super::json::Json;
@@ -86,9 +87,7 @@ impl ImageUses {
             match images {
                 Ok(images) => {
                     for (texture, image) in images {
-                        if let Texture::Bitmap(bitmap) = &mut textures[texture.index()] {
-                            bitmap.image = image;
-                        }
+                        set_image(textures, texture, image);
                     }
                 }
                 Err(message) => document.images[*i].error(message),
@@ -206,8 +205,6 @@ fn channel(image: &Image, index: usize) -> Image {
 }
 
 fn mapped(image: &Image, map: impl Fn(f32) -> f32) -> Image {
-    Image {
-        data: image.data.iter().map(|v| map(*v)).collect(),
-        ..*image
-    }
+    let mapped = image.data.iter().map(|v| map(*v));
+    of_size(image, image.channels, mapped.collect())
 }

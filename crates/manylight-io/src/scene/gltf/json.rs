@@ -1,7 +1,9 @@
 //! Values of the JSON tree with their paths. A value of a wrong type is reported, and its default returned: loading goes on.
 
+use super::super::parameters::Numbers;
 use super::report::Reporter;
 use serde_json::{Map, Value};
+use std::fmt::Display;
 
 /// A JSON value and where it is.
 #[derive(Clone)]
@@ -9,6 +11,16 @@ pub(super) struct Json<'a> {
     value: &'a Value,
     path: String,
     reporter: &'a Reporter<'a>,
+}
+
+impl Numbers for Json<'_> {
+    fn maybe_float(&self, name: &'static str) -> Option<f32> {
+        self.number(name).map(|v| v as f32)
+    }
+
+    fn refuse_float(&self, name: &'static str, found: f32, required: &str) {
+        self.unexpected(name, found, required);
+    }
 }
 
 impl<'a> Json<'a> {
@@ -41,9 +53,25 @@ impl<'a> Json<'a> {
         self.reporter.error(&self.path_of(name), message);
     }
 
+    /// Reports that the member `name` is not as `expected`.
+    pub(super) fn unexpected(&self, name: &str, found: impl Display, expected: &str) {
+        self.error_at(name, format!("found {found}, expected {expected}"));
+    }
+
     /// Warns about this value, once for each `subject`.
     pub(super) fn warn_once(&self, subject: &str, message: impl AsRef<str>) {
         self.reporter.warn_once(subject, &self.path, message);
+    }
+
+    /// Reports that the geometry here is compressed by an extension of which this build has no decoder.
+    #[cfg(not(all(feature = "draco", feature = "meshopt")))]
+    pub(super) fn refuse_compressed(&self, extension: &str, feature: &str) {
+        let message =
+            format!("geometry compressed by the extension `{extension}` is not read by this build");
+        let help = format!(
+            "build with `--features {feature}`, export the scene without mesh compression, or expand the file, for example by `gltf-transform copy IN OUT`"
+        );
+        self.reporter.error_with_help(&self.path, &message, help);
     }
 
     pub(super) fn reporter(&self) -> &'a Reporter<'a> {
@@ -165,11 +193,26 @@ impl<'a> Json<'a> {
         self.get(name)?.as_unsigned()
     }
 
+    /// Reports the absence of the property `name`.
+    pub(super) fn check_given(&self, name: &str) -> Option<()> {
+        if self.has(name) {
+            return Some(());
+        }
+        self.error(format!("the property `{name}` is missing"));
+        None
+    }
+
+    /// The object `name`, which must be present.
+    pub(super) fn required_member(&self, name: &str) -> Option<Json<'a>> {
+        if !self.has(name) {
+            self.error(format!("the object `{name}` is missing"));
+        }
+        self.member(name)
+    }
+
     /// The integer `name`, which must be present.
     pub(super) fn required_unsigned(&self, name: &str) -> Option<u64> {
-        if !self.has(name) {
-            self.error(format!("the property `{name}` is missing"));
-        }
+        self.check_given(name)?;
         self.unsigned(name)
     }
 
@@ -209,38 +252,10 @@ impl<'a> Json<'a> {
         self.get(name)?.as_number()
     }
 
-    /// The number `name` as `f32`, by default `default`.
-    pub(super) fn float(&self, name: &str, default: f32) -> f32 {
-        self.number(name).map_or(default, |v| v as f32)
-    }
-
-    /// The number `name`, which `valid` accepts; `expected` says which numbers it does.
-    pub(super) fn float_where(
-        &self,
-        name: &str,
-        default: f32,
-        valid: impl Fn(f32) -> bool,
-        expected: &str,
-    ) -> f32 {
-        let value = self.float(name, default);
-        if self.has(name) && !valid(value) {
-            self.error_at(name, format!("found {value}, expected {expected}"));
-            return default;
-        }
-        value
-    }
-
     /// A factor in [0, 1].
-    pub(super) fn fraction(&self, name: &str, default: f32) -> f32 {
-        let value = self.float(name, default);
-        if !(0.0..=1.0).contains(&value) {
-            self.error_at(
-                name,
-                format!("found {value}, expected a number from 0 to 1"),
-            );
-            return default;
-        }
-        value
+    pub(super) fn fraction(&self, name: &'static str, default: f32) -> f32 {
+        let is_inside = |v| (0.0..=1.0).contains(&v);
+        self.float_where(name, default, is_inside, "a number from 0 to 1")
     }
 
     /// The array `name` of `N` numbers.

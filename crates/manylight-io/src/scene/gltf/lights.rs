@@ -1,7 +1,8 @@
 //! Lights of the extension KHR_lights_punctual.
 
+use super::super::options::LightUnits;
+use super::super::parameters::Numbers;
 use super::json::Json;
-use super::options::LightUnits;
 use glam::{DMat4, DVec3};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
@@ -80,10 +81,7 @@ pub(super) fn emitter(
         }
         other => {
             let found = other.map_or("nothing".into(), |kind| format!("`{kind}`"));
-            light.error_at(
-                "type",
-                format!("found {found}, expected `directional`, `point` or `spot`"),
-            );
+            light.unexpected("type", found, "`directional`, `point` or `spot`");
             None
         }
     }
@@ -91,28 +89,18 @@ pub(super) fn emitter(
 
 /// Half-angles of the inner and the outer cone of a spot in radians.
 fn cone(light: &Json<'_>, dialect: Dialect) -> Option<(f32, f32)> {
-    let Some(spot) = light.member("spot") else {
-        if !light.has("spot") {
-            light.error("the object `spot` is missing");
-        }
-        return None;
-    };
+    let spot = light.required_member("spot")?;
     let outer = spot.float("outerConeAngle", FRAC_PI_4);
     let inner = spot.float("innerConeAngle", 0.0);
     // Exporters write the limits with rounding.
     const ROUNDING: f32 = 1e-4;
     if !(outer > 0.0 && outer <= FRAC_PI_2 + ROUNDING) {
-        spot.error_at(
-            "outerConeAngle",
-            format!("found {outer}, expected an angle from 0 to π/2"),
-        );
+        spot.unexpected("outerConeAngle", outer, "an angle from 0 to π/2");
         return None;
     }
     if !(0.0..=outer + ROUNDING).contains(&inner) {
-        spot.error_at(
-            "innerConeAngle",
-            format!("found {inner}, expected an angle from 0 to {outer}"),
-        );
+        let expected = format!("an angle from 0 to {outer}");
+        spot.unexpected("innerConeAngle", inner, &expected);
         return None;
     }
     let inner = inner.min(outer);

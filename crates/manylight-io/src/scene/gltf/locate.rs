@@ -1,5 +1,7 @@
 //! The place of a value in JSON text.
 
+use serde::de::IgnoredAny;
+use serde_json::Deserializer;
 use std::ops::Range;
 
 /// The bytes of the value at the JSON pointer `path` (RFC 6901, without escapes) in `text`, which is valid JSON. If there is no such value,
@@ -65,7 +67,7 @@ impl Scanner<'_> {
                 return false;
             }
             let start = self.at + 1;
-            self.skip_string();
+            self.skip_value();
             let is_wanted = &self.bytes[start..self.at - 1] == name.as_bytes();
             self.skip_space();
             if is_wanted {
@@ -88,53 +90,12 @@ impl Scanner<'_> {
         self.peek() != b']'
     }
 
-    fn skip_string(&mut self) {
-        self.at += 1;
-        while self.at < self.bytes.len() && self.peek() != b'"' {
-            self.at += if self.peek() == b'\\' { 2 } else { 1 };
-        }
-        self.at = (self.at + 1).min(self.bytes.len());
-    }
-
+    /// Skips the value here, or the name of a member.
     fn skip_value(&mut self) {
-        let mut depth = 0_usize;
-        loop {
-            match self.peek() {
-                b'"' => self.skip_string(),
-                b'{' | b'[' => {
-                    depth += 1;
-                    self.at += 1;
-                }
-                b'}' | b']' => {
-                    if depth == 0 {
-                        return;
-                    }
-                    depth -= 1;
-                    self.at += 1;
-                }
-                0 => return,
-                b',' | b':' | b' ' | b'\n' | b'\r' | b'\t' => {
-                    if depth == 0 {
-                        return;
-                    }
-                    self.at += 1;
-                }
-                _ => {
-                    self.at += 1;
-                    continue_word(self);
-                }
-            }
-            if depth == 0 {
-                return;
-            }
-        }
-    }
-}
-
-/// Skips the rest of a number or literal.
-fn continue_word(scanner: &mut Scanner<'_>) {
-    while scanner.peek().is_ascii_alphanumeric() || matches!(scanner.peek(), b'+' | b'-' | b'.') {
-        scanner.at += 1;
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let mut values = Deserializer::from_slice(rest).into_iter::<IgnoredAny>();
+        values.next();
+        self.at += values.byte_offset();
     }
 }
 

@@ -10,12 +10,17 @@
 //!
 //! `extensions` reads the lobes and interfaces of the KHR_materials extensions.
 
+use super::super::description::{add, add_two_sided, as_float};
 use super::super::names::name_material;
+use super::super::options::GltfOptions;
+use super::super::parameters::Numbers;
 use super::document::Document;
-use super::extensions::{Glass, Lobes};
+use super::extensions::{Glass, Lobes, specular_glossiness};
 use super::images::Content;
 use super::json::Json;
-use super::textures::{Textures, VertexInputs, as_float};
+use super::material_reader::{Base, MaterialReader, reflectance};
+use super::textures::{Textures, VertexInputs};
+use crate::suggest::with_list;
 use manylight::bsdf::material::PrincipledMaterial;
 use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
@@ -44,25 +49,7 @@ pub(super) struct SurfaceMaterial {
     pub(super) double_sided: bool,
 }
 
-/// Base color and its parameters before extensions change them.
-pub(super) struct Base {
-    pub(super) color: ColorInput,
-    pub(super) opacity: ColorInput,
-    pub(super) metallic: FloatInput,
-    pub(super) roughness: FloatInput,
-    pub(super) roughness_factor: f32,
-    /// Whether roughness is textured.
-    pub(super) has_roughness_texture: bool,
-    /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
-    pub(super) f0: Option<f32>,
-}
-
 impl Materials {
-    fn add(&mut self, material: Material) -> MaterialId {
-        self.list.push(material);
-        MaterialId::from(self.list.len() - 1)
-    }
-
     /// The material of this index for a mesh with these vertices; `None`: the default of glTF.
     pub(super) fn material(
         &mut self,
@@ -80,7 +67,8 @@ impl Materials {
                 document,
                 json: &document.materials[index],
                 vertices,
-                materials: self,
+                list: &mut self.list,
+                textures: &mut self.textures,
             }
             .surface(),
             None => self.default_material(vertices),
@@ -96,33 +84,18 @@ impl Materials {
         material
     }
 
-    /// White metal of roughness 1: the defaults of the specification.
+    /// The default of the specification.
     fn default_material(&mut self, vertices: &VertexInputs<'_>) -> SurfaceMaterial {
-        let color = self.textures.vertex_color(vertices);
-        let base = Base {
-            color: color.unwrap_or(ColorInput::Constant(Rgb::WHITE)),
-            opacity: ColorInput::Constant(Rgb::WHITE),
-            metallic: FloatInput::Constant(1.0),
-            roughness: FloatInput::Constant(1.0),
-            roughness_factor: 1.0,
-            has_roughness_texture: false,
-            f0: None,
-        };
-        let principled = principled(&base, &Lobes::default());
-        let inner = self.add(principled);
+        let mut base = Base::default();
+        if let Some(color) = self.textures.vertex_color(vertices) {
+            base.color = color;
+        }
+        let inner = add(&mut self.list, principled(&base, &Lobes::default()));
         SurfaceMaterial {
-            id: self.two_sided(inner),
+            id: add_two_sided(&mut self.list, inner),
             radiance: None,
             double_sided: false,
         }
-    }
-
-    /// The material on both sides of a surface.
-    fn two_sided(&mut self, inner: MaterialId) -> MaterialId {
-        self.add(Material::TwoSided {
-            front: inner,
-            back: inner,
-        })
     }
 }
 
@@ -159,39 +132,7 @@ fn eta_of_reflectance(f0: f32) -> f32 {
     ((1.0 + root) / (1.0 - root)).max(SMALLEST_ETA)
 }
 
-/// Reads one material.
-pub(super) struct MaterialReader<'a, 'm> {
-    pub(super) document: &'m Document<'a>,
-    pub(super) json: &'m Json<'a>,
-    pub(super) vertices: &'m VertexInputs<'m>,
-    pub(super) materials: &'m mut Materials,
-}
-
 impl<'a> MaterialReader<'a, '_> {
-    /// The texture `name` of `json`.
-    pub(super) fn texture(
-        &mut self,
-        json: &Json<'a>,
-        name: &str,
-        content: Content,
-    ) -> Option<manylight::ids::TextureId> {
-        let info = json.member(name)?;
-        let textures = &mut self.materials.textures;
-        textures.bitmap(self.document, &info, content, self.vertices)
-    }
-
-    /// A color factor times a texture of colors.
-    pub(super) fn color(&mut self, json: &Json<'a>, texture: &str, factor: Rgb) -> ColorInput {
-        let factor = ColorInput::Constant(factor);
-        match self.texture(json, texture, Content::Color) {
-            Some(id) => {
-                let textures = &mut self.materials.textures;
-                textures.product(factor, ColorInput::Texture(id))
-            }
-            None => factor,
-        }
-    }
-
     fn surface(mut self) -> SurfaceMaterial {
         let double_sided = self.json.boolean("doubleSided");
         let mode = self.json.string("alphaMode").unwrap_or("OPAQUE");
@@ -200,9 +141,9 @@ impl<'a> MaterialReader<'a, '_> {
             return self.unlit(&base, mode);
         }
         let lobes = Lobes::read(&mut self, &base);
-        let mut inner = self.materials.add(principled(&base, &lobes));
+        let mut inner = add(self.list, principled(&base, &lobes));
         inner = self.normal_mapped(inner);
-        inner = self.materials.two_sided(inner);
+        inner = add_two_sided(self.list, inner);
         if let Some(glass) = Glass::read(&mut self, &base, lobes.ior) {
             inner = self.with_glass(inner, glass);
         }
@@ -215,25 +156,28 @@ impl<'a> MaterialReader<'a, '_> {
 
     /// A mixture of an opaque material and glass.
     fn with_glass(&mut self, opaque: MaterialId, glass: Glass) -> MaterialId {
-        let id = self.materials.add(glass.material);
+        let id = add(self.list, glass.material);
         let second = self.normal_mapped(id);
         match glass.weight {
             FloatInput::Constant(1.0) => second,
-            weight => self.materials.add(Material::Blend {
-                weight,
-                first: opaque,
-                second,
-            }),
+            weight => add(
+                self.list,
+                Material::Blend {
+                    weight,
+                    first: opaque,
+                    second,
+                },
+            ),
         }
     }
 
     /// Base color, opacity, metallic and roughness.
     fn base(&mut self, mode: &str) -> Base {
         let mut base = match self.json.extension("KHR_materials_pbrSpecularGlossiness") {
-            Some(extension) => self.specular_glossiness(&extension, mode),
+            Some(extension) => specular_glossiness(self, &extension, mode),
             None => self.metallic_roughness(mode),
         };
-        let textures = &mut self.materials.textures;
+        let textures = &mut self.textures;
         if let Some(color) = textures.vertex_color(self.vertices) {
             base.color = textures.product(base.color, color);
         }
@@ -247,16 +191,7 @@ impl<'a> MaterialReader<'a, '_> {
 
     fn metallic_roughness(&mut self, mode: &str) -> Base {
         let Some(json) = self.json.member("pbrMetallicRoughness") else {
-            let white = ColorInput::Constant(Rgb::WHITE);
-            return Base {
-                color: white,
-                opacity: white,
-                metallic: FloatInput::Constant(1.0),
-                roughness: FloatInput::Constant(1.0),
-                roughness_factor: 1.0,
-                has_roughness_texture: false,
-                f0: None,
-            };
+            return Base::default();
         };
         let [r, g, b, a] = json.floats("baseColorFactor", [1.0; 4]);
         let color = self.color(&json, "baseColorTexture", reflectance([r, g, b]));
@@ -269,7 +204,7 @@ impl<'a> MaterialReader<'a, '_> {
                 0.0 => None,
                 _ => self.texture(&json, name, Content::Channel(channel)),
             };
-            self.materials.textures.scaled(factor, texture)
+            self.textures.scaled(factor, texture)
         };
         Base {
             color,
@@ -282,49 +217,17 @@ impl<'a> MaterialReader<'a, '_> {
         }
     }
 
-    /// Opacity by the alpha mode; white for opaque materials.
-    pub(super) fn opacity(
-        &mut self,
-        json: &Json<'a>,
-        texture: &str,
-        factor: f32,
-        mode: &str,
-    ) -> ColorInput {
-        let visible = |is_visible: bool| {
-            ColorInput::Constant(if is_visible { Rgb::WHITE } else { Rgb::BLACK })
-        };
-        match mode {
-            "OPAQUE" => visible(true),
-            "MASK" => {
-                let cutoff = self.json.float("alphaCutoff", 0.5);
-                match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
-                    Some(id) => ColorInput::Texture(id),
-                    None => visible(factor >= cutoff),
-                }
-            }
-            "BLEND" => {
-                let texture = self.texture(json, texture, Content::Opacity);
-                match self.materials.textures.scaled(factor, texture) {
-                    FloatInput::Constant(v) => ColorInput::Constant(Rgb::splat(v)),
-                    FloatInput::Texture(id) => ColorInput::Texture(id),
-                }
-            }
-            other => {
-                let message = format!("found `{other}`, expected `OPAQUE`, `MASK` or `BLEND`");
-                self.json.error_at("alphaMode", message);
-                visible(true)
-            }
-        }
-    }
-
     /// The material with its opacity.
     fn masked(&mut self, inner: MaterialId, base: &Base, mode: &str) -> MaterialId {
         match (mode, base.opacity) {
             ("OPAQUE", _) | (_, ColorInput::Constant(Rgb::WHITE)) => inner,
-            (_, opacity) => self.materials.add(Material::Mask {
-                opacity: as_float(opacity),
-                inner,
-            }),
+            (_, opacity) => add(
+                self.list,
+                Material::Mask {
+                    opacity: as_float(opacity),
+                    inner,
+                },
+            ),
         }
     }
 
@@ -337,12 +240,15 @@ impl<'a> MaterialReader<'a, '_> {
         let Some(texture) = self.texture(json, "normalTexture", Content::Raw) else {
             return inner;
         };
-        self.materials.add(Material::NormalMap {
-            texture,
-            scale: info.float("scale", 1.0),
-            bitangent: Bitangent::AgainstV,
-            inner,
-        })
+        add(
+            self.list,
+            Material::NormalMap {
+                texture,
+                scale: info.float("scale", 1.0),
+                bitangent: Bitangent::AgainstV,
+                inner,
+            },
+        )
     }
 
     /// Emitted radiance in W/(m² sr); `None` if it is black.
@@ -350,10 +256,7 @@ impl<'a> MaterialReader<'a, '_> {
         let json = self.json;
         let factor = json.floats("emissiveFactor", [0.0; 3]);
         if let Some(negative) = factor.iter().find(|v| **v < 0.0) {
-            json.error_at(
-                "emissiveFactor",
-                format!("found {negative}, expected at least 0"),
-            );
+            json.unexpected("emissiveFactor", negative, "at least 0");
             return None;
         }
         let strength = json
@@ -371,9 +274,12 @@ impl<'a> MaterialReader<'a, '_> {
             "unlit",
             "unlit materials (KHR_materials_unlit) are replaced by emission of their base color, which lights other surfaces too",
         );
-        let black = self.materials.add(Material::Diffuse {
-            reflectance: ColorInput::Constant(Rgb::BLACK),
-        });
+        let black = add(
+            self.list,
+            Material::Diffuse {
+                reflectance: ColorInput::Constant(Rgb::BLACK),
+            },
+        );
         SurfaceMaterial {
             id: self.masked(black, base, mode),
             radiance: Some(base.color),
@@ -382,7 +288,46 @@ impl<'a> MaterialReader<'a, '_> {
     }
 }
 
-/// A color factor of a reflectance, clamped to [0, 1].
-pub(super) fn reflectance(factor: [f32; 3]) -> Rgb {
-    Rgb::from(factor).map(|v| v.clamp(0.0, 1.0))
+/// The index of the variant that the options name; `None` for the materials of the meshes. Unknown names are reported.
+pub(super) fn chosen_variant(root: &Json<'_>, options: &GltfOptions) -> Option<usize> {
+    let wanted = options.variant.as_deref()?;
+    let variants = root
+        .extension("KHR_materials_variants")
+        .map_or_else(Vec::new, |extension| extension.objects("variants"));
+    let names: Vec<&str> = variants
+        .iter()
+        .map(|variant| variant.string("name").unwrap_or_default())
+        .collect();
+    let found = names.iter().position(|name| *name == wanted);
+    if found.is_none() {
+        let known = match names.as_slice() {
+            [] => "the file has no variants".to_owned(),
+            names => format!("variants of the file: {}", names.join(", ")),
+        };
+        let help = with_list(wanted, names.iter().copied(), known);
+        let message = format!("the file has no material variant `{wanted}`");
+        let reporter = root.reporter();
+        reporter.error_with_help("/extensions/KHR_materials_variants", &message, help);
+    }
+    found
+}
+
+/// The index of the material of a primitive, by the extension KHR_materials_variants.
+pub(super) fn material_of(
+    primitive: &Json<'_>,
+    variant: Option<usize>,
+    count: usize,
+) -> Option<usize> {
+    let mappings = variant
+        .and_then(|_| primitive.extension("KHR_materials_variants"))
+        .map_or_else(Vec::new, |extension| extension.objects("mappings"));
+    let is_chosen = |mapping: &&Json<'_>| {
+        let variants = mapping.items("variants");
+        let mut indices = variants.iter().filter_map(Json::as_unsigned);
+        indices.any(|index| Some(index as usize) == variant)
+    };
+    match mappings.iter().find(is_chosen) {
+        Some(mapping) => mapping.index("material", "materials", count),
+        None => primitive.index("material", "materials", count),
+    }
 }

@@ -1,17 +1,16 @@
 //! Meshes at nodes: shapes, primitives, and groups with instances.
 
+use super::super::description::add;
 use super::super::growth::{Bound, Growth};
 use super::accessors::{Accessors, QUANTIZED};
 use super::deform::{joint_matrices, morph, skin};
 use super::emission;
 use super::json::Json;
-use super::materials::Materials;
+use super::materials::{Materials, material_of};
 use super::nodes::{Hierarchy, PlacedNode};
 use super::primitives::Geometry;
 use super::tangents::add_tangents;
-use super::textures::{Textures, VertexInputs};
-use super::variants;
-use super::vertex_needs::vertex_needs;
+use super::textures::{Textures, VertexInputs, vertex_needs};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
@@ -244,7 +243,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
         parts: &mut Vec<Part>,
     ) -> Option<()> {
         let document = self.accessors.document;
-        let material = variants::material(primitive, self.variant, document.materials.len());
+        let material = material_of(primitive, self.variant, document.materials.len());
         let needs = vertex_needs(document, material);
         let mut geometry = Geometry::read(primitive, &needs, &self.accessors)?;
         morph(
@@ -292,9 +291,8 @@ impl<'a, 'b> Meshes<'a, 'b> {
         let back = second.and_then(|_| emission::back(&geometry));
         for geometry in [Some(geometry), back].into_iter().flatten() {
             let triangles = geometry.triangles.len();
-            desc.shapes.push(Shape::Mesh(into_mesh(geometry)));
             parts.push(Part {
-                shape: ShapeId::from(desc.shapes.len() - 1),
+                shape: add(&mut desc.shapes, Shape::Mesh(into_mesh(geometry))),
                 material: surface.id,
                 emitter,
                 triangles,
@@ -305,13 +303,8 @@ impl<'a, 'b> Meshes<'a, 'b> {
 
     /// The emitter with this radiance.
     fn emitter(&mut self, radiance: ColorInput, desc: &mut SceneDesc) -> EmitterId {
-        *self
-            .emitters
-            .entry(emission::key(radiance))
-            .or_insert_with(|| {
-                desc.emitters.push(Emitter::Area { radiance });
-                EmitterId::from(desc.emitters.len() - 1)
-            })
+        let entry = self.emitters.entry(emission::key(radiance));
+        *entry.or_insert_with(|| add(&mut desc.emitters, Emitter::Area { radiance }))
     }
 
     /// The name of a node, or else one from its mesh and its place in the scene.

@@ -5,14 +5,16 @@
 //! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of the file.
 //! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of the data.
 //! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by `deform`, with `tangents`.
-//! 4. `materials`, `extensions` and `textures` map materials to those of the renderer; `images` decodes images in parallel.
+//! 4. `materials`, by `material_reader`, `extensions` and `textures`, maps materials to those of the
+//!    renderer; `images` decodes images in parallel.
 //!
 //! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
 
 mod accessors;
 mod buffers;
 mod cameras;
-mod compression;
+mod compressed_primitives;
+mod compressed_views;
 mod container;
 mod deform;
 mod document;
@@ -23,26 +25,25 @@ mod images;
 mod json;
 mod lights;
 mod locate;
+mod material_reader;
 mod materials;
 mod meshes;
 mod nodes;
-mod options;
 mod primitives;
 mod report;
 mod tangents;
 mod textures;
 mod uri;
-mod variants;
-mod vertex_needs;
 
 pub(super) use container::MAGIC;
-pub use options::{EnvironmentSource, GltfOptions, LightUnits};
 
+use super::options::GltfOptions;
 use super::sink::Sink;
+use crate::error::LoadErrorKind;
 use crate::file_error::Fault;
 use accessors::{Accessors, Decoded};
 use buffers::Buffers;
-use container::{Container, whole_file};
+use container::Container;
 use document::Document;
 use json::Json;
 use lights::Dialect;
@@ -50,6 +51,7 @@ use manylight::bsdf::Material;
 use manylight::image::Image;
 use manylight::scene::SceneDesc;
 use manylight::texture::{FloatInput, Texture};
+use materials::chosen_variant;
 use meshes::Meshes;
 use nodes::{Hierarchy, PlacedNode};
 use report::Reporter;
@@ -62,9 +64,14 @@ pub(super) fn load(
     options: &GltfOptions,
     sink: &Sink,
 ) -> Option<SceneDesc> {
-    let (container, text, value) = parse(bytes)
-        .map_err(|fault| sink.report(whole_file(path, fault)))
-        .ok()?;
+    let (container, text, value) = match parse(bytes) {
+        Ok(parts) => parts,
+        Err(fault) => {
+            let message = format!("cannot use the glTF file {}", fault.in_file(path));
+            sink.file_error("gltf::container", message, None, LoadErrorKind::Scene);
+            return None;
+        }
+    };
     let reporter = Reporter::new(path, text, container.is_binary, sink);
     let root = Json::root(&value, &reporter);
     let document = Document::new(root);
@@ -84,7 +91,7 @@ pub(super) fn load(
         document: &document,
         options,
         desc: SceneDesc::default(),
-        meshes: Meshes::new(accessors, variants::chosen(&document.root, options)),
+        meshes: Meshes::new(accessors, chosen_variant(&document.root, options)),
     };
     builder.scene();
     let Builder {

@@ -1,9 +1,9 @@
 //! Primitives of meshes: vertex attributes and triangles.
 
 use super::accessors::{Accessors, FLOAT, INDEX, UNIT};
-use super::compression;
+use super::compressed_primitives;
 use super::json::Json;
-use super::vertex_needs::VertexNeeds;
+use super::textures::VertexNeeds;
 use manylight::math::{Vec2, Vec3};
 
 /// The triangles of one primitive with the attributes of their vertices, in the space of the mesh.
@@ -40,20 +40,12 @@ impl Geometry {
             return None;
         }
         if mode > TRIANGLE_FAN {
-            json.error_at(
-                "mode",
-                format!("found {mode}, expected a number from 0 to 6"),
-            );
+            json.unexpected("mode", mode, "a number from 0 to 6");
             return None;
         }
-        let decoded = compression::of_primitive(json, accessors).ok()?;
+        let decoded = compressed_primitives::of_primitive(json, accessors).ok()?;
         let accessors = decoded.as_ref().unwrap_or(accessors);
-        let Some(attributes) = json.member("attributes") else {
-            if !json.has("attributes") {
-                json.error("the object `attributes` is missing");
-            }
-            return None;
-        };
+        let attributes = json.required_member("attributes")?;
         let Some(at) = attributes.get("POSITION") else {
             json.warn_once("no positions", "primitives without positions are ignored");
             return None;
@@ -143,22 +135,29 @@ impl Geometry {
         for &corner in self.triangles.as_flattened() {
             is_used[corner as usize] = true;
         }
-        let used: Vec<usize> = (0..is_used.len()).filter(|&i| is_used[i]).collect();
+        let used: Vec<u32> = (0..is_used.len() as u32)
+            .filter(|&i| is_used[i as usize])
+            .collect();
         if used.len() == is_used.len() {
             return;
         }
         let mut index = vec![0; is_used.len()];
         for (new, &old) in used.iter().enumerate() {
-            index[old] = new as u32;
+            index[old as usize] = new as u32;
         }
         for corner in self.triangles.as_flattened_mut() {
             *corner = index[*corner as usize];
         }
-        keep(&mut self.positions, &used);
-        keep(&mut self.normals, &used);
-        keep(&mut self.tangents, &used);
-        keep(&mut self.colors, &used);
-        self.uvs.iter_mut().for_each(|(_, uvs)| keep(uvs, &used));
+        self.pick_vertices(&used);
+    }
+
+    /// Replaces the vertices by those of these indices.
+    pub(super) fn pick_vertices(&mut self, indices: &[u32]) {
+        pick(&mut self.positions, indices);
+        pick(&mut self.normals, indices);
+        pick(&mut self.tangents, indices);
+        pick(&mut self.colors, indices);
+        self.uvs.iter_mut().for_each(|(_, uvs)| pick(uvs, indices));
     }
 
     /// Size in memory.
@@ -180,10 +179,10 @@ impl Geometry {
     }
 }
 
-/// The values at the indices `kept`, if there are values.
-fn keep<T: Copy>(values: &mut Vec<T>, kept: &[usize]) {
+/// Replaces the values, if there are any, by those of these indices.
+fn pick<T: Copy>(values: &mut Vec<T>, indices: &[u32]) {
     if !values.is_empty() {
-        *values = kept.iter().map(|&i| values[i]).collect();
+        *values = indices.iter().map(|&i| values[i as usize]).collect();
     }
 }
 

@@ -45,6 +45,7 @@ impl<'a> Reporter<'a> {
 
     /// A problem of the value at the JSON `path`.
     fn problem(&self, code: &'static str, path: &str, message: &str) -> Problem {
+        let prefix = if path.is_empty() { "" } else { ": " };
         match &self.excerpts {
             Some((file, text)) => {
                 let span = locate(text, path);
@@ -53,11 +54,9 @@ impl<'a> Reporter<'a> {
                     start: span.start as u32,
                     end: span.end as u32,
                 };
-                let prefix = if path.is_empty() { "" } else { ": " };
                 Problem::new(code, span, format!("{path}{prefix}{message}"))
             }
             None => {
-                let prefix = if path.is_empty() { "" } else { ": " };
                 let message = format!("{}: {path}{prefix}{message}", self.name);
                 Problem::without_location(code, message)
             }

@@ -77,19 +77,8 @@ fn split(geometry: &mut Geometry, tangents: &[[Vec3; 3]]) {
             *corner = vertex;
         }
     }
-    geometry.positions = picked(&geometry.positions, &sources);
-    geometry.normals = picked(&geometry.normals, &sources);
+    geometry.pick_vertices(&sources);
     geometry.tangents = all;
-    if !geometry.colors.is_empty() {
-        geometry.colors = picked(&geometry.colors, &sources);
-    }
-    for (_, uvs) in &mut geometry.uvs {
-        *uvs = picked(uvs, &sources);
-    }
-}
-
-fn picked<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
-    indices.iter().map(|i| values[*i as usize]).collect()
 }
 
 #[cfg(test)]

@@ -1,13 +1,15 @@
-//! Textures: images with samplers and transforms, and their combination with factors and vertex attributes.
+//! Textures: images with samplers and transforms, their combination with factors and vertex
+//! attributes, and what they need of the vertices.
 
+use super::super::description::{add, as_float, bitmap, product};
+use super::super::parameters::Numbers;
 use super::document::Document;
 use super::images::{Content, ImageUses};
 use super::json::Json;
 use manylight::color::Rgb;
 use manylight::ids::TextureId;
-use manylight::image::Image;
 use manylight::math::{Mat3, Vec2, Vec3};
-use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, VertexValues, Wrap};
+use manylight::texture::{ColorInput, Filtering, FloatInput, Texture, VertexValues, Wrap};
 use std::collections::HashMap;
 
 /// The vertex attributes of a primitive that textures need.
@@ -38,11 +40,6 @@ pub(super) fn uv_set(info: &Json<'_>) -> usize {
 }
 
 impl Textures {
-    pub(super) fn add(&mut self, texture: Texture) -> TextureId {
-        self.list.push(texture);
-        TextureId::from(self.list.len() - 1)
-    }
-
     /// The texture to which `info` refers. `None` if it is invalid or not supported, which has been reported.
     pub(super) fn bitmap(
         &mut self,
@@ -51,10 +48,7 @@ impl Textures {
         content: Content,
         vertices: &VertexInputs<'_>,
     ) -> Option<TextureId> {
-        if !info.has("index") {
-            info.error("the property `index` is missing");
-            return None;
-        }
+        info.check_given("index")?;
         let index = info.index("index", "textures", document.textures.len())?;
         let texture = &document.textures[index];
         let image = image_of(texture, document)?;
@@ -69,12 +63,7 @@ impl Textures {
         let id = match self.bitmaps.get(&key) {
             Some(id) => *id,
             None => {
-                let id = self.add(Texture::Bitmap(Bitmap {
-                    image: Image::default(),
-                    filtering,
-                    wrap,
-                    uv_transform,
-                }));
+                let id = add(&mut self.list, bitmap(filtering, wrap, uv_transform));
                 self.images.add(image, content, id);
                 self.bitmaps.insert(key, id);
                 id
@@ -92,54 +81,42 @@ impl Textures {
         let Some((_, uvs)) = vertices.uvs.iter().find(|(other, _)| *other == set) else {
             return id;
         };
-        self.add(Texture::OtherUv {
-            uvs: VertexValues {
-                triangles: vertices.triangles.to_vec(),
-                values: uvs.clone(),
-            },
-            inner: id,
-        })
+        let uvs = VertexValues {
+            triangles: vertices.triangles.to_vec(),
+            values: uvs.clone(),
+        };
+        add(&mut self.list, Texture::OtherUv { uvs, inner: id })
     }
 
     /// The color of the vertices; `None` if they have none.
     pub(super) fn vertex_color(&mut self, vertices: &VertexInputs<'_>) -> Option<ColorInput> {
         let color = |c: &[f32; 4]| Rgb::new(c[0], c[1], c[2]);
-        self.vertex_values(vertices, color, Rgb::WHITE)
+        self.vertex_values(vertices, color)
     }
 
     /// The opacity of the vertices; `None` if they have none.
     pub(super) fn vertex_opacity(&mut self, vertices: &VertexInputs<'_>) -> Option<ColorInput> {
-        self.vertex_values(vertices, |c| Rgb::splat(c[3]), Rgb::WHITE)
+        self.vertex_values(vertices, |c| Rgb::splat(c[3]))
     }
 
-    /// A value of each vertex color, unless all are `neutral`.
+    /// A value of each vertex color, unless all are white.
     fn vertex_values(
         &mut self,
         vertices: &VertexInputs<'_>,
         value: impl Fn(&[f32; 4]) -> Rgb,
-        neutral: Rgb,
     ) -> Option<ColorInput> {
         let values: Vec<Rgb> = vertices.colors.iter().map(value).collect();
-        if values.iter().all(|value| *value == neutral) {
+        if values.iter().all(|value| *value == Rgb::WHITE) {
             return None;
         }
-        let id = self.add(Texture::VertexColors(VertexValues {
-            triangles: vertices.triangles.to_vec(),
-            values,
-        }));
-        Some(ColorInput::Texture(id))
+        let triangles = vertices.triangles.to_vec();
+        let colors = Texture::VertexColors(VertexValues { triangles, values });
+        Some(ColorInput::Texture(add(&mut self.list, colors)))
     }
 
     /// The product of two colors.
     pub(super) fn product(&mut self, first: ColorInput, second: ColorInput) -> ColorInput {
-        match (first, second) {
-            (ColorInput::Constant(a), ColorInput::Constant(b)) => {
-                ColorInput::Constant(a.zip(b, |a, b| a * b))
-            }
-            (ColorInput::Constant(Rgb::WHITE), other)
-            | (other, ColorInput::Constant(Rgb::WHITE)) => other,
-            _ => ColorInput::Texture(self.add(Texture::Product { first, second })),
-        }
+        product(&mut self.list, first, second)
     }
 
     /// A number times a texture, if there is one.
@@ -149,14 +126,6 @@ impl Textures {
         };
         let factor = ColorInput::Constant(Rgb::splat(factor));
         as_float(self.product(factor, ColorInput::Texture(id)))
-    }
-}
-
-/// A gray color as a number.
-pub(super) fn as_float(color: ColorInput) -> FloatInput {
-    match color {
-        ColorInput::Constant(c) => FloatInput::Constant(c.r),
-        ColorInput::Texture(id) => FloatInput::Texture(id),
     }
 }
 
@@ -200,8 +169,7 @@ fn sampler(texture: &Json<'_>, document: &Document<'_>) -> Option<(Filtering, [W
         None | Some(9729) => Filtering::Bilinear,
         Some(9728) => Filtering::Nearest,
         Some(other) => {
-            let message = format!("found {other}, expected 9728 (nearest) or 9729 (linear)");
-            sampler.error_at("magFilter", message);
+            sampler.unexpected("magFilter", other, "9728 (nearest) or 9729 (linear)");
             return None;
         }
     };
@@ -211,7 +179,7 @@ fn sampler(texture: &Json<'_>, document: &Document<'_>) -> Option<(Filtering, [W
         Some(33648) => Some(Wrap::Mirror),
         Some(other) => {
             let expected = "33071 (clamp), 33648 (mirror) or 10497 (repeat)";
-            sampler.error_at(name, format!("found {other}, expected {expected}"));
+            sampler.unexpected(name, other, expected);
             None
         }
     };
@@ -231,4 +199,49 @@ fn uv_transform(info: &Json<'_>) -> Mat3 {
         Vec3::new(sin, cos, 0.0) * height,
         Vec3::new(x, y, 1.0),
     )
+}
+
+/// What a material needs of the vertices of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct VertexNeeds {
+    /// Sets of texture coordinates; the first is the primary one, along which tangents are defined.
+    pub(super) sets: Vec<usize>,
+    /// Whether the directions of the tangents matter.
+    pub(super) tangents: bool,
+}
+
+/// All references to textures within a material.
+fn texture_infos<'a>(json: &Json<'a>, found: &mut Vec<Json<'a>>) {
+    for (name, member) in json.members() {
+        if name.ends_with("Texture") {
+            found.push(member);
+        } else if name != "extras" {
+            texture_infos(&member, found);
+        }
+    }
+}
+
+/// What the material of this index needs of the vertices.
+pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> VertexNeeds {
+    let Some(json) = index.map(|index| &document.materials[index]) else {
+        return VertexNeeds::default();
+    };
+    let mut infos = Vec::new();
+    texture_infos(json, &mut infos);
+    infos.retain(|info| !info.path().ends_with("/occlusionTexture"));
+    let rank = |info: &Json<'_>| match info.path().rsplit('/').next() {
+        Some("normalTexture") => 0,
+        Some("baseColorTexture" | "diffuseTexture") => 1,
+        _ => 2,
+    };
+    infos.sort_by_key(rank);
+    let mut sets = Vec::new();
+    for set in infos.iter().map(uv_set) {
+        if !sets.contains(&set) {
+            sets.push(set);
+        }
+    }
+    let tangents =
+        json.has("normalTexture") || json.extension("KHR_materials_anisotropy").is_some();
+    VertexNeeds { sets, tangents }
 }

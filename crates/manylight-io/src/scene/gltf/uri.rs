@@ -2,7 +2,7 @@
 
 use super::json::Json;
 use crate::read::read_regular;
-use crate::resolve::{resolve, similar_file};
+use crate::resolve::{looked_for, resolve};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
@@ -47,15 +47,9 @@ pub(super) fn target(json: &Json<'_>, text: &str, folder: &Path, what: &str) -> 
             Some(Target::File(found.path))
         }
         None => {
-            let path = folder.join(&name);
-            let looked = format!("looked for `{}`", path.display());
-            let help = match similar_file(&path) {
-                Some(similar) => format!("{looked}; did you mean `{similar}`?"),
-                None => looked,
-            };
             let message = format!("the {what} `{name}` does not exist");
-            let reporter = json.reporter();
-            reporter.file_error(json.path(), &message, Some(help));
+            let help = Some(looked_for(&folder.join(&name)));
+            json.reporter().file_error(json.path(), &message, help);
             None
         }
     }

@@ -1,10 +1,12 @@
 //! Color parameters: conversion of values and textures to the inputs of materials and emitters.
 
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
-use super::DescBuilder;
-use super::object::{ObjectId, Param, PluginFamily};
+use super::builder::DescBuilder;
+use super::family::{PluginFamily, SPECTRA};
+use super::object::Param;
 use super::props::Props;
-use super::values::{Spectrum, Value};
+use super::values::{ObjectId, Spectrum, Value, number_list};
 use crate::spectra;
 use manylight::color::Rgb;
 use manylight::texture::{ColorInput, FloatInput};
@@ -43,17 +45,6 @@ impl Spectrum {
     }
 }
 
-/// The supported spectrum plugins. Their tag may be `texture` too.
-pub(super) const SPECTRA: &[&str] = &[
-    "blackbody",
-    "d65",
-    "irregular",
-    "rawconstant",
-    "regular",
-    "srgb",
-    "uniform",
-];
-
 impl DescBuilder<'_> {
     /// The parameter `name` as a color or a texture. `default` is gray.
     pub(super) fn color_input(
@@ -66,13 +57,9 @@ impl DescBuilder<'_> {
         let Some(param) = props.get(name) else {
             return ColorInput::Constant(Rgb::splat(default));
         };
-        if let Value::Object(id) = param.value
-            && self.tree.get(id).family == PluginFamily::Texture
-        {
-            return match self.texture(id) {
-                Some(texture) => ColorInput::Texture(texture),
-                None => ColorInput::Constant(Rgb::splat(default)),
-            };
+        if let Some(id) = self.nested_texture(&param.value) {
+            let texture = self.texture(id).map(ColorInput::Texture);
+            return texture.unwrap_or(ColorInput::Constant(Rgb::splat(default)));
         }
         let color = self.constant(props, param, color_use, "a color, a spectrum or a texture");
         ColorInput::Constant(color.unwrap_or(Rgb::splat(default)))
@@ -102,19 +89,12 @@ impl DescBuilder<'_> {
         let Some(param) = props.get(name) else {
             return FloatInput::Constant(default);
         };
-        match param.value {
-            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
-                match self.texture(id) {
-                    Some(texture) => FloatInput::Texture(texture),
-                    None => FloatInput::Constant(default),
-                }
-            }
-            _ => {
-                let color =
-                    self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
-                FloatInput::Constant(color.map_or(default, gray))
-            }
+        if let Some(id) = self.nested_texture(&param.value) {
+            let texture = self.texture(id).map(FloatInput::Texture);
+            return texture.unwrap_or(FloatInput::Constant(default));
         }
+        let color = self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
+        FloatInput::Constant(color.map_or(default, gray))
     }
 
     /// The color of a value. A value of another type is reported, with `expected`.
@@ -134,7 +114,7 @@ impl DescBuilder<'_> {
             Value::Spectrum(spectrum) => {
                 let color = spectrum.to_rgb(color_use);
                 if color.is_none() {
-                    props.mismatch(param, expected);
+                    props.mismatch(param, &expected);
                 }
                 color
             }
@@ -142,7 +122,7 @@ impl DescBuilder<'_> {
                 self.spectrum_plugin(*id, color_use)
             }
             _ => {
-                props.mismatch(param, expected);
+                props.mismatch(param, &expected);
                 None
             }
         }
@@ -164,15 +144,10 @@ impl DescBuilder<'_> {
             props.refuse(param, "in [0, 1]");
             return None;
         }
-        let message = format!(
-            "`{}` of {} is outside of [0, 1]; it is clamped",
-            param.name.value,
-            props.describe()
-        );
-        self.sink.warn_once(
-            "reflectance range",
-            Problem::new("scene::clamped", param.span, message),
-        );
+        let (name, object) = (&param.name.value, props.describe());
+        let message = format!("`{name}` of {object} is outside of [0, 1]; it is clamped");
+        let problem = Problem::new("scene::clamped", param.span, message);
+        self.sink.warn_once("reflectance range", problem);
         Some(color.map(|v| v.clamp(0.0, 1.0)))
     }
 
@@ -188,20 +163,17 @@ impl DescBuilder<'_> {
             "srgb" => Some(self.color(&props, "color", 1.0, color_use)),
             "rawconstant" => raw_constant(&props),
             "irregular" => {
-                let wavelengths = number_list(&props, "wavelengths");
-                let values = number_list(&props, "values");
-                wavelengths
-                    .zip(values)
-                    .and_then(|(w, v)| sampled(&props, &w, &v, color_use))
+                let wavelengths = numbers(&props, "wavelengths");
+                let lists = wavelengths.zip(numbers(&props, "values"));
+                lists.and_then(|(w, v)| sampled(&props, w, v, color_use))
             }
             "regular" => {
                 let first = props.float("wavelength_min", 360.0);
                 let last = props.float("wavelength_max", 830.0);
-                number_list(&props, "values").and_then(|values| {
+                numbers(&props, "values").and_then(|values| {
                     let step = (last - first) / (values.len().max(2) - 1) as f32;
-                    let wavelengths: Vec<f32> =
-                        (0..values.len()).map(|i| first + step * i as f32).collect();
-                    sampled(&props, &wavelengths, &values, color_use)
+                    let wavelengths = (0..values.len()).map(|i| first + step * i as f32);
+                    sampled(&props, wavelengths.collect(), values, color_use)
                 })
             }
             "blackbody" => {
@@ -231,24 +203,17 @@ fn raw_constant(props: &Props<'_>) -> Option<Rgb> {
         Value::Vector(value) => Some(Rgb::from(value.as_vec3().to_array())),
         Value::Rgb(value) => Some(Rgb::from(value.map(|v| v as f32))),
         _ => {
-            props.mismatch(param, "a number or a vector");
+            props.mismatch(param, &"a number or a vector");
             None
         }
     }
 }
 
 /// A list of numbers in a string.
-fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
-    let text = props.required_string(name)?;
-    let parts = text
-        .value
-        .split(|c: char| c.is_whitespace() || c == ',')
-        .filter(|part| !part.is_empty());
-    let numbers: Option<Vec<f32>> = parts
-        .map(|part| part.parse().ok().filter(|v: &f32| v.is_finite()))
-        .collect();
+fn numbers(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
+    let numbers = number_list(&props.required_string(name)?.value);
     if numbers.is_none() {
-        props.refuse(props.get(name)?, "a list of numbers");
+        props.refuse_named(name, "a list of numbers");
     }
     numbers
 }
@@ -256,21 +221,15 @@ fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
 /// The color of samples at increasing wavelengths in nm.
 fn sampled(
     props: &Props<'_>,
-    wavelengths: &[f32],
-    values: &[f32],
+    wavelengths: Vec<f32>,
+    values: Vec<f32>,
     color_use: ColorUse,
 ) -> Option<Rgb> {
-    let samples: Vec<(f32, f32)> = wavelengths
-        .iter()
-        .copied()
-        .zip(values.iter().copied())
-        .collect();
-    let increasing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
-    if wavelengths.len() != values.len() || samples.is_empty() || !increasing {
-        props.refuse(
-            props.get("values")?,
-            "one number for each wavelength, with increasing wavelengths",
-        );
+    let counts_differ = wavelengths.len() != values.len();
+    let samples: Vec<(f32, f32)> = wavelengths.into_iter().zip(values).collect();
+    if counts_differ || !spectra::is_spectrum(&samples) {
+        let required = "one number for each wavelength, with increasing wavelengths";
+        props.refuse_named("values", required);
         return None;
     }
     Spectrum::Sampled(samples).to_rgb(color_use)

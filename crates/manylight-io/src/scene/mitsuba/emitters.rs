@@ -1,14 +1,17 @@
 //! Emitter plugins.
 
+use super::super::description::Additions;
 use super::super::files::find_file;
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
+use super::builder::{DescBuilder, IGNORED, Substitute};
 use super::colors::ColorUse;
-use super::object::{ObjectId, PluginFamily};
+use super::family::PluginFamily;
 use super::props::Props;
 use super::skies::SkyParts;
-use super::values::Value;
-use super::{DescBuilder, IGNORED, Substitute};
-use glam::{DMat4, DVec3};
+use super::transforms::rotation;
+use super::values::ObjectId;
+use glam::DVec3;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment, ProjectorTexture, SpotFalloff};
 use manylight::ids::{EmitterId, TextureId};
@@ -18,7 +21,6 @@ use manylight::scene::SceneDesc;
 use manylight::sensors::FovAxis;
 use manylight::texture::{ColorInput, Texture};
 use std::f32::consts::{FRAC_PI_4, PI};
-use std::path::PathBuf;
 
 pub(super) const SUPPORTED: &[&str] = &[
     "area",
@@ -43,30 +45,20 @@ const SUBSTITUTES: &[Substitute] = &[
 const SAMPLING_PARAMETERS: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
 
 impl DescBuilder<'_> {
-    pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
-        self.desc.emitters.push(emitter);
-        EmitterId::from(self.desc.emitters.len() - 1)
-    }
-
     /// The area emitter nested in a shape, added at its first use.
     pub(super) fn area_emitter(&mut self, shape: &Props<'_>) -> Option<EmitterId> {
         let id = shape.single(PluginFamily::Emitter)?;
         let key = self.scoped(id);
-        if let Some(emitter) = self.area_emitters.get(&key) {
+        if let Some(emitter) = self.made.area_emitters.get(&key) {
             return Some(*emitter);
         }
         let props = self.props(id);
         if props.plugin().value != "area" {
             if SUPPORTED.contains(&props.plugin().value.as_str()) {
-                let message = format!(
-                    "{} cannot be nested in a shape; expected `area`",
-                    props.describe()
-                );
-                self.sink.error(Problem::new(
-                    "scene::unexpected_object",
-                    props.span(),
-                    message,
-                ));
+                let object = props.describe();
+                let message = format!("{object} cannot be nested in a shape; expected `area`");
+                self.sink
+                    .error_at("scene::unexpected_object", props.span(), message);
             } else {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
             }
@@ -75,8 +67,8 @@ impl DescBuilder<'_> {
         let radiance = self.color_input(&props, "radiance", 1.0, ColorUse::Emission);
         props.ignore(SAMPLING_PARAMETERS);
         props.finish();
-        let emitter = self.add_emitter(Emitter::Area { radiance });
-        self.area_emitters.insert(key, emitter);
+        let emitter = self.desc.add(Emitter::Area { radiance });
+        self.made.area_emitters.insert(key, emitter);
         Some(emitter)
     }
 
@@ -86,10 +78,9 @@ impl DescBuilder<'_> {
         match props.plugin().value.as_str() {
             "area" => {
                 let message = "emitter `area` must be nested in a shape";
-                self.sink.error(
-                    Problem::new("scene::unexpected_object", props.span(), message)
-                        .help("move it into the <shape> that emits light"),
-                );
+                let problem = Problem::new("scene::unexpected_object", props.span(), message);
+                let help = "move it into the <shape> that emits light";
+                self.sink.error(problem.help(help));
                 return;
             }
             "point" => self.point(&props),
@@ -118,7 +109,7 @@ impl DescBuilder<'_> {
     }
 
     /// The parameter `name` as an emission; 1 by default.
-    fn emission(&mut self, props: &Props<'_>, name: &'static str) -> manylight::color::Rgb {
+    fn emission(&mut self, props: &Props<'_>, name: &'static str) -> Rgb {
         self.color(props, name, 1.0, ColorUse::Emission)
     }
 
@@ -134,7 +125,7 @@ impl DescBuilder<'_> {
         self.exclusive(props, "position", "to_world");
         let origin = props.to_world().transform_point3(DVec3::ZERO);
         let position = props.vector("position").unwrap_or(origin).as_vec3();
-        self.add_emitter(Emitter::Point {
+        self.desc.add(Emitter::Point {
             position,
             intensity,
         });
@@ -156,7 +147,7 @@ impl DescBuilder<'_> {
             |angle| angle >= 0.0,
             "at least 0",
         );
-        self.add_emitter(Emitter::Spot {
+        self.desc.add(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: to_world.transform_vector3(DVec3::Z).normalize().as_vec3(),
             intensity,
@@ -174,15 +165,11 @@ impl DescBuilder<'_> {
         world_from_emitter: Mat3,
     ) -> Option<ProjectorTexture> {
         let param = props.get("texture")?;
-        let texture = match param.value {
-            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
-                self.texture(id)?
-            }
-            _ => {
-                props.mismatch(param, "a texture");
-                return None;
-            }
+        let Some(texture) = self.nested_texture(&param.value) else {
+            props.mismatch(param, &"a texture");
+            return None;
         };
+        let texture = self.texture(texture)?;
         let axes = [world_from_emitter.x_axis, world_from_emitter.y_axis];
         Some(ProjectorTexture {
             texture,
@@ -196,8 +183,8 @@ impl DescBuilder<'_> {
         let to_world = props.to_world();
         let scale = props.float("scale", 1.0);
         let (fov, fov_axis) = self.field_of_view(props);
+        props.require("irradiance");
         if !props.has("irradiance") {
-            props.missing("irradiance");
             return;
         }
         let irradiance = self.color_input(props, "irradiance", 1.0, ColorUse::Emission);
@@ -206,7 +193,7 @@ impl DescBuilder<'_> {
             ColorInput::Constant(color) => self.constant_texture(color),
         };
         let axes = rotation(to_world);
-        let emitter = self.add_emitter(Emitter::Spot {
+        let emitter = self.desc.add(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: axes.z_axis,
             // A constant image of value 1 gives the irradiance π at distance 1, as in Mitsuba.
@@ -221,12 +208,9 @@ impl DescBuilder<'_> {
                 window: Some(Vec2::ONE),
             }),
         });
-        self.projectors.push(PendingProjector {
-            emitter,
-            texture,
-            fov,
-            fov_axis,
-        });
+        self.finish.push(Box::new(move |desc: &mut SceneDesc| {
+            fit_projector(desc, (emitter, texture), fov, fov_axis);
+        }));
     }
 
     fn directional(&mut self, props: &Props<'_>) {
@@ -235,15 +219,10 @@ impl DescBuilder<'_> {
         let forward = props.to_world().transform_vector3(DVec3::Z);
         let direction = props.vector("direction").unwrap_or(forward);
         if direction == DVec3::ZERO {
-            props.refuse(
-                props
-                    .get("direction")
-                    .expect("invariant: the default direction is not zero"),
-                "nonzero",
-            );
+            props.refuse_named("direction", "nonzero");
             return;
         }
-        self.add_emitter(Emitter::Directional {
+        self.desc.add(Emitter::Directional {
             direction: direction.normalize().as_vec3(),
             irradiance,
         });
@@ -252,7 +231,7 @@ impl DescBuilder<'_> {
     fn constant_environment(&mut self, props: &Props<'_>) {
         props.ignore(&["to_world"]);
         let radiance = self.emission(props, "radiance");
-        self.add_emitter(Emitter::Constant { radiance });
+        self.desc.add(Emitter::Constant { radiance });
     }
 
     fn environment_map(&mut self, props: &Props<'_>) {
@@ -262,64 +241,53 @@ impl DescBuilder<'_> {
         let Some(name) = props.required_string("filename") else {
             return;
         };
-        let path: Option<PathBuf> =
-            find_file(self.sink, &props.object().folders, &name, "environment map");
-        let Some(path) = path else { return };
+        let folders = &props.object().folders;
+        let Some(path) = find_file(self.sink, folders, name, "environment map") else {
+            return;
+        };
         let environment = Environment {
             image: Image::default(),
             scale,
             world_from_emitter,
         };
-        let emitter = self.add_emitter(Emitter::Environment(environment));
+        let emitter = self.desc.add(Emitter::Environment(environment));
         self.assets.add_environment_image(emitter, path, name.span);
     }
 }
 
-/// A projector, the window of which depends on the size of its image.
-pub(super) struct PendingProjector {
-    emitter: EmitterId,
-    texture: TextureId,
-    /// Field of view in degrees.
+/// Sets the window of a projector with this field of view in degrees by the size of its image, after
+/// that has been read.
+fn fit_projector(
+    desc: &mut SceneDesc,
+    (emitter, texture): (EmitterId, TextureId),
     fov: f32,
     fov_axis: FovAxis,
-}
-
-impl PendingProjector {
-    /// Sets the window of the projector, after its image has been read.
-    pub(super) fn fit(&self, desc: &mut SceneDesc) {
-        let size = match &desc.textures[self.texture.index()] {
-            Texture::Bitmap(bitmap) => Vec2::new(
-                bitmap.image.width.max(1) as f32,
-                bitmap.image.height.max(1) as f32,
-            ),
-            _ => Vec2::ONE,
-        };
-        let (x, y) = (size.x, size.y);
-        let along = match self.fov_axis {
-            FovAxis::X => x,
-            FovAxis::Y => y,
-            FovAxis::Diagonal => size.length(),
-            FovAxis::Smaller => x.min(y),
-            FovAxis::Larger => x.max(y),
-        };
-        let half = size * ((0.5 * self.fov).to_radians().tan() / along);
-        if let Emitter::Spot {
-            cutoff,
-            beam_width,
-            projector: Some(projector),
-            ..
-        } = &mut desc.emitters[self.emitter.index()]
-        {
-            projector.window = Some(half);
-            *cutoff = half.length().atan();
-            *beam_width = *cutoff;
-        }
+) {
+    let size = match &desc.textures[texture.index()] {
+        Texture::Bitmap(bitmap) => Vec2::new(
+            bitmap.image.width.max(1) as f32,
+            bitmap.image.height.max(1) as f32,
+        ),
+        _ => Vec2::ONE,
+    };
+    let (x, y) = (size.x, size.y);
+    let along = match fov_axis {
+        FovAxis::X => x,
+        FovAxis::Y => y,
+        FovAxis::Diagonal => size.length(),
+        FovAxis::Smaller => x.min(y),
+        FovAxis::Larger => x.max(y),
+    };
+    let half = size * ((0.5 * fov).to_radians().tan() / along);
+    if let Emitter::Spot {
+        cutoff,
+        beam_width,
+        projector: Some(projector),
+        ..
+    } = &mut desc.emitters[emitter.index()]
+    {
+        projector.window = Some(half);
+        *cutoff = half.length().atan();
+        *beam_width = *cutoff;
     }
-}
-
-/// The normalized axes of a transform.
-pub(super) fn rotation(to_world: DMat4) -> Mat3 {
-    let matrix = to_world.as_mat4();
-    let column = |index: usize| matrix.col(index).truncate().normalize_or_zero();
-    Mat3::from_cols(column(0), column(1), column(2))
 }

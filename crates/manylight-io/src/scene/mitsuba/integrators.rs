@@ -1,8 +1,8 @@
 //! Integrator plugins. Only their path limits are used; the caller chooses the rendering method.
 
-use super::super::sink::Problem;
-use super::DescBuilder;
-use super::object::PluginFamily;
+use super::super::parameters::Parameters;
+use super::builder::DescBuilder;
+use super::family::PluginFamily;
 use super::props::Props;
 use manylight::scene::PathLimits;
 
@@ -49,10 +49,7 @@ pub(super) fn limits(props: &Props<'_>, builder: &DescBuilder<'_>) -> PathLimits
         let message = format!(
             "unknown integrator type `{plugin}`; only its `max_depth`, `rr_depth` and `hide_emitters` are used"
         );
-        let problem = Problem::new("scene::unsupported", props.span(), message);
-        builder
-            .sink
-            .warn_once(format!("integrator {plugin}"), problem);
+        props.unsupported(format!("integrator {plugin}"), message);
     }
     let direct_only = plugin == "direct";
     let max_depth = match props.maybe_integer("max_depth") {
@@ -60,12 +57,7 @@ pub(super) fn limits(props: &Props<'_>, builder: &DescBuilder<'_>) -> PathLimits
         None | Some(-1) => None,
         Some(depth) if (0..=i64::from(u32::MAX)).contains(&depth) => Some(depth as u32),
         Some(_) => {
-            props.refuse(
-                props
-                    .get("max_depth")
-                    .expect("invariant: the depth has a value"),
-                "at least 0, or -1 for no limit",
-            );
+            props.refuse_named("max_depth", "at least 0, or -1 for no limit");
             None
         }
     };

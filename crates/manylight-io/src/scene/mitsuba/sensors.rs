@@ -1,10 +1,12 @@
 //! Sensor plugins with their films and reconstruction filters. Samplers are checked but have no effect.
 
-use super::super::sink::Problem;
-use super::object::{ObjectId, PluginFamily};
+use super::super::description::film_of_size;
+use super::super::parameters::{Numbers, Parameters};
+use super::builder::{DescBuilder, IGNORED, Substitute};
+use super::family::PluginFamily;
 use super::props::Props;
-use super::shapes::affine;
-use super::{DescBuilder, IGNORED, Substitute};
+use super::transforms::affine;
+use super::values::ObjectId;
 use manylight::film::{FilmDesc, Filter};
 use manylight::math::{UVec2, Vec2};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
@@ -104,7 +106,7 @@ impl DescBuilder<'_> {
         let (kind, principal_point_offset) = self.projection(&props, far_clip);
         let film = match props.single(PluginFamily::Film) {
             Some(film) => self.film(film),
-            None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
+            None => film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1), DEFAULT_FILTER),
         };
         if let Some(sampler) = props.single(PluginFamily::Sampler) {
             self.sampler(sampler);
@@ -139,9 +141,7 @@ impl DescBuilder<'_> {
             let y = props.float("principal_point_offset_y", 0.0);
             return (SensorKind::Perspective { fov, fov_axis }, Vec2::new(x, y));
         }
-        if !props.has("aperture_radius") {
-            props.missing("aperture_radius");
-        }
+        props.require("aperture_radius");
         let at_least_zero = |radius| radius >= 0.0;
         let aperture_radius =
             props.float_where("aperture_radius", 0.1, at_least_zero, "at least 0");
@@ -169,13 +169,11 @@ impl DescBuilder<'_> {
                 props.refuse(param, "absent if `focal_length` is given");
                 props.ignore(&["focal_length"]);
             }
-            return (
-                props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"),
-                axis,
-            );
+            let inside = |fov| fov > 0.0 && fov < 180.0;
+            return (props.float_where("fov", 50.0, inside, "in (0, 180)"), axis);
         }
         let given = props.string("focal_length");
-        let text = given.as_ref().map_or("50mm", |text| text.value.as_str());
+        let text = given.map_or("50mm", |text| text.value.as_str());
         let length = text
             .trim()
             .trim_end_matches("mm")
@@ -183,9 +181,7 @@ impl DescBuilder<'_> {
             .parse::<f32>()
             .ok();
         let Some(length) = length.filter(|length| *length > 0.0) else {
-            if let Some(param) = props.get("focal_length") {
-                props.refuse(param, "a length such as `50mm`");
-            }
+            props.refuse_named("focal_length", "a length such as `50mm`");
             return (50.0, axis);
         };
         // A focal length refers to the diagonal of 35 mm film, 36 mm x 24 mm.
@@ -194,15 +190,6 @@ impl DescBuilder<'_> {
             2.0 * (half_diagonal / length).atan().to_degrees(),
             FovAxis::Diagonal,
         )
-    }
-
-    fn film_of_size(&self, size: UVec2) -> FilmDesc {
-        FilmDesc {
-            size,
-            crop_offset: UVec2::ZERO,
-            crop_size: size,
-            filter: DEFAULT_FILTER,
-        }
     }
 
     fn film(&mut self, id: ObjectId) -> FilmDesc {
@@ -227,7 +214,7 @@ impl DescBuilder<'_> {
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
             self.report_crop(&props, &film);
-            film = self.film_of_size(size);
+            film = film_of_size(size, DEFAULT_FILTER);
         }
         props.ignore(FILM_PARAMETERS);
         if props.is_v0() {
@@ -262,8 +249,7 @@ impl DescBuilder<'_> {
             .iter()
             .find_map(|name| props.get(name))
             .map_or(props.span(), |param| param.span);
-        self.sink
-            .error(Problem::new("scene::bad_value", span, message));
+        self.sink.error_at("scene::bad_value", span, message);
     }
 
     fn filter(&mut self, id: ObjectId) -> Filter {
@@ -323,10 +309,8 @@ fn clipping(props: &Props<'_>) -> (f32, f32) {
             .get("near_clip")
             .or_else(|| props.get("far_clip"))
             .expect("invariant: the default distances are in order");
-        props.refuse(
-            param,
-            "a distance such that `near_clip` is less than `far_clip`",
-        );
+        let required = "a distance such that `near_clip` is less than `far_clip`";
+        props.refuse(param, required);
         return (1e-2, 1e4);
     }
     (near, far)

@@ -2,16 +2,15 @@
 
 use super::super::assets::{MeshContent, MeshRequest, Normals};
 use super::super::curve_files::{CurveBasis, CurveFile};
+use super::super::description::Additions;
 use super::super::files::find_file;
-use super::super::sink::FileSpan;
-use super::DescBuilder;
-use super::bsdfs::PlainMaterial;
+use super::super::parameters::Parameters;
+use super::builder::{DescBuilder, PlainMaterial};
 use super::props::Props;
-use super::shapes::{affine, similarity_scale};
+use super::transforms::{affine, similarity_scale};
 use crate::mesh::MeshFormat;
 use glam::DMat4;
 use manylight::bsdf::Material;
-use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{MaterialId, ShapeId};
 use manylight::math::Affine3A;
 
@@ -31,7 +30,7 @@ impl DescBuilder<'_> {
         }
         self.warn_feature(props, "max_smooth_angle", "is not supported; it is ignored");
         let name = props.required_string("filename")?;
-        let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
+        let path = find_file(self.sink, &props.object().folders, name, "mesh file")?;
         let normals = if faceted {
             Normals::Faceted
         } else {
@@ -50,7 +49,7 @@ impl DescBuilder<'_> {
             flip_v,
             normals,
         };
-        Some(self.request_mesh(request, name.span))
+        Some(self.assets.mesh(request, name.span, &mut self.desc.shapes))
     }
 
     /// The shape of a file of curves, in world space.
@@ -61,7 +60,7 @@ impl DescBuilder<'_> {
         to_world: DMat4,
     ) -> Option<ShapeId> {
         let name = props.required_string("filename")?;
-        let path = find_file(self.sink, &props.object().folders, &name, "file of curves")?;
+        let path = find_file(self.sink, &props.object().folders, name, "file of curves")?;
         let request = MeshRequest {
             path,
             content: MeshContent::Curves(CurveFile {
@@ -73,20 +72,12 @@ impl DescBuilder<'_> {
                 placement: Affine3A::IDENTITY,
             },
         };
-        Some(self.request_mesh(request, name.span))
-    }
-
-    fn request_mesh(&mut self, request: MeshRequest, span: FileSpan) -> ShapeId {
-        let shapes = &mut self.desc.shapes;
-        self.assets.mesh(request, span, || {
-            shapes.push(Shape::Mesh(Mesh::default()));
-            ShapeId::from(shapes.len() - 1)
-        })
+        Some(self.assets.mesh(request, name.span, &mut self.desc.shapes))
     }
 
     /// The material on its front side, and nothing on the other one: the backs of curves are invisible, as in Mitsuba.
     pub(super) fn front_of(&mut self, material: MaterialId) -> MaterialId {
-        if let Some(front) = self.fronts.get(&material) {
+        if let Some(front) = self.made.fronts.get(&material) {
             return *front;
         }
         let front = match self.desc.materials[material.index()] {
@@ -94,8 +85,8 @@ impl DescBuilder<'_> {
             _ => material,
         };
         let back = self.plain_material(PlainMaterial::Null);
-        let one_sided = self.add_material(Material::TwoSided { front, back });
-        self.fronts.insert(material, one_sided);
+        let one_sided = self.desc.add(Material::TwoSided { front, back });
+        self.made.fronts.insert(material, one_sided);
         one_sided
     }
 }

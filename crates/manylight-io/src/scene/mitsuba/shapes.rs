@@ -1,14 +1,17 @@
 //! Shape plugins, groups and instances.
 
 use super::super::curve_files::CurveBasis;
+use super::super::description::Additions;
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
-use super::bsdfs::PlainMaterial;
-use super::object::{ObjectId, Param, PluginFamily};
+use super::builder::{CurrentShape, DescBuilder, IGNORED, PlainMaterial, Substitute};
+use super::family::PluginFamily;
+use super::object::Param;
 use super::props::Props;
-use super::values::Value;
-use super::{CurrentShape, DescBuilder, IGNORED, Substitute};
+use super::transforms::{affine, similarity_scale, without_stretch};
+use super::values::{ObjectId, Value};
 use crate::mesh::MeshFormat;
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat4, DVec3};
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{EmitterId, MaterialId, ShapeId};
 use manylight::math::Affine3A;
@@ -41,11 +44,6 @@ const SUBSTITUTES: &[Substitute] = &[
     ("shapeinst", IGNORED),
 ];
 
-/// The affine part of a matrix, in single precision.
-pub(super) fn affine(matrix: DMat4) -> Affine3A {
-    Affine3A::from_mat4(matrix.as_mat4())
-}
-
 impl DescBuilder<'_> {
     /// Adds a shape, group or instance that is nested in the scene.
     pub(super) fn shape(&mut self, id: ObjectId) {
@@ -69,7 +67,7 @@ impl DescBuilder<'_> {
 
     /// Index of a shapegroup, added at its first use.
     fn group(&mut self, id: ObjectId) -> usize {
-        if let Some(group) = self.groups.get(&id) {
+        if let Some(group) = self.made.groups.get(&id) {
             return *group;
         }
         let props = self.props(id);
@@ -85,7 +83,7 @@ impl DescBuilder<'_> {
             if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
                 let message = format!("{} cannot be nested in a shapegroup", child.describe());
                 self.sink
-                    .error(Problem::new("scene::nested_group", param.span, message));
+                    .error_at("scene::nested_group", param.span, message);
                 continue;
             }
             if let Some((_, emitter)) = child.objects(PluginFamily::Emitter).first() {
@@ -101,7 +99,7 @@ impl DescBuilder<'_> {
         props.finish();
         self.desc.groups.push(primitives);
         let group = self.desc.groups.len() - 1;
-        self.groups.insert(id, group);
+        self.made.groups.insert(id, group);
         group
     }
 
@@ -125,7 +123,7 @@ impl DescBuilder<'_> {
                 self.props(target).describe()
             );
             self.sink
-                .error(Problem::new("scene::bad_value", props.span(), message));
+                .error_at("scene::bad_value", props.span(), message);
             return;
         }
         let group = self.group(target);
@@ -144,7 +142,7 @@ impl DescBuilder<'_> {
             return object.id.clone();
         }
         let file = object.params.iter().find_map(|param| match &param.value {
-            Value::String(file) if param.name.value == "filename" => Some(file.as_str()),
+            Value::String(file) if param.name.value == "filename" => Some(file.value.as_str()),
             _ => None,
         });
         self.shape_names.of_shape(file, &object.plugin.value)
@@ -205,21 +203,13 @@ impl DescBuilder<'_> {
         for (subsurface, _) in props.objects(PluginFamily::Subsurface) {
             let inner = self.props(subsurface);
             let message = format!("{} is not supported; it is ignored", inner.describe());
-            self.sink.warn_once(
-                "subsurface",
-                Problem::new("scene::unsupported", inner.span(), message),
-            );
+            inner.unsupported("subsurface", message);
         }
         for (sensor, _) in props.objects(PluginFamily::Sensor) {
             let inner = self.props(sensor);
-            let message = format!(
-                "{} on a shape is not supported; it is ignored",
-                inner.describe()
-            );
-            self.sink.warn_once(
-                "sensor on shape",
-                Problem::new("scene::unsupported", inner.span(), message),
-            );
+            let object = inner.describe();
+            let message = format!("{object} on a shape is not supported; it is ignored");
+            inner.unsupported("sensor on shape", message);
         }
     }
 
@@ -234,11 +224,6 @@ impl DescBuilder<'_> {
             }
             None => self.plain_material(PlainMaterial::Gray),
         }
-    }
-
-    fn add_shape(&mut self, shape: Shape) -> ShapeId {
-        self.desc.shapes.push(shape);
-        ShapeId::from(self.desc.shapes.len() - 1)
     }
 
     /// The geometry of a supported shape. `None` if its mesh file is missing.
@@ -264,7 +249,7 @@ impl DescBuilder<'_> {
                     radius: radius(1.0),
                 };
                 self.warn_distorted(props, to_world);
-                self.add_shape(shape)
+                self.desc.add(shape)
             }
             "cylinder" => {
                 let p0 = props.vector("p0").unwrap_or(DVec3::ZERO);
@@ -272,7 +257,7 @@ impl DescBuilder<'_> {
                 if p0 == p1 {
                     let message = "`p0` and `p1` of a cylinder must differ";
                     self.sink
-                        .error(Problem::new("scene::bad_value", props.span(), message));
+                        .error_at("scene::bad_value", props.span(), message);
                 }
                 let shape = Shape::Cylinder {
                     p0: p0.as_vec3(),
@@ -280,7 +265,7 @@ impl DescBuilder<'_> {
                     radius: radius(1.0),
                 };
                 self.warn_distorted(props, without_stretch(to_world, p1 - p0));
-                self.add_shape(shape)
+                self.desc.add(shape)
             }
             _ => return None,
         })
@@ -297,11 +282,11 @@ impl DescBuilder<'_> {
             // The faces are flat, so `face_normals` has no effect.
             props.ignore(&["face_normals"]);
         }
-        if let Some(shape) = self.builtin_shapes.get(name) {
+        if let Some(shape) = self.made.builtin_shapes.get(name) {
             return *shape;
         }
-        let shape = self.add_shape(make());
-        self.builtin_shapes.insert(name, shape);
+        let shape = self.desc.add(make());
+        self.made.builtin_shapes.insert(name, shape);
         shape
     }
 
@@ -315,10 +300,8 @@ impl DescBuilder<'_> {
             let span = props
                 .get("to_world")
                 .map_or(props.span(), |param| param.name.span);
-            self.sink.warn_once(
-                "distorted quadric",
-                Problem::new("scene::distorted", span, message),
-            );
+            let problem = Problem::new("scene::distorted", span, message);
+            self.sink.warn_once("distorted quadric", problem);
         }
     }
 }
@@ -329,44 +312,4 @@ fn merged_shapes<'a>(props: &Props<'a>) -> Vec<(ObjectId, &'a Param)> {
     props.ignore(&["id"]);
     props.finish();
     shapes
-}
-
-/// `matrix` after a rotation of z to `axis`, with the scale along `axis` set to the scale across it.
-fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
-    let along = axis.normalize_or(DVec3::Z);
-    let (a, b) = along.any_orthonormal_pair();
-    let turned = matrix * DMat4::from_mat3(DMat3::from_cols(a, b, along));
-    let z_axis = turned.z_axis.normalize_or_zero() * turned.x_axis.length();
-    DMat4 { z_axis, ..turned }
-}
-
-/// The scale of a similarity, negative if it mirrors. `None` if `matrix` changes angles.
-pub(super) fn similarity_scale(matrix: DMat4) -> Option<f64> {
-    /// Relative tolerance; matrices in files have about seven digits.
-    const TOLERANCE: f64 = 1e-5;
-    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
-    let scale_squared = axes[0].length_squared();
-    let near = |a: f64, b: f64| (a - b).abs() <= TOLERANCE * scale_squared;
-    let keeps = near(axes[1].length_squared(), scale_squared)
-        && near(axes[2].length_squared(), scale_squared)
-        && near(axes[0].dot(axes[1]), 0.0)
-        && near(axes[1].dot(axes[2]), 0.0)
-        && near(axes[2].dot(axes[0]), 0.0);
-    keeps.then(|| scale_squared.sqrt() * matrix.determinant().signum())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cylinders_may_be_stretched_along_their_axis_alone() {
-        let keeps = |scale: DVec3, axis: DVec3| {
-            let turned = DMat4::from_rotation_y(0.7) * DMat4::from_scale(scale);
-            similarity_scale(without_stretch(turned, axis)).is_some()
-        };
-        let long = DVec3::new(0.4, 0.4, 1.1);
-        assert!(keeps(long, DVec3::Z) && keeps(DVec3::splat(2.0), DVec3::ONE));
-        assert!(!keeps(long, DVec3::X) && !keeps(long, DVec3::new(0.0, 1.0, 1.0)));
-    }
 }

@@ -1,9 +1,11 @@
 //! The emitter plugins of sun and sky, baked into environment maps. Version 3 has z up; in 0.x, y is up, x east and z south.
 
-use super::DescBuilder;
+use super::super::description::Additions;
+use super::super::parameters::{Numbers, Parameters};
+use super::builder::DescBuilder;
 use super::colors::ColorUse;
-use super::emitters::rotation;
 use super::props::Props;
+use super::transforms::rotation;
 use crate::sky::{PlaceAndTime, SunSky, bake_sunsky, sky_from_environment};
 use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment};
@@ -39,15 +41,10 @@ impl DescBuilder<'_> {
         let defaults = SunSky::default();
         let to_world = props.to_world();
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-        let frame = if props.is_v0() {
-            to_world * z_up
+        let (frame, scale) = if props.is_v0() {
+            (to_world * z_up, props.float("scale", 1.0))
         } else {
-            to_world
-        };
-        let scale = if props.is_v0() {
-            props.float("scale", 1.0)
-        } else {
-            1.0
+            (to_world, 1.0)
         };
         let at_least_zero = |name| props.float_where(name, 1.0, |scale| scale >= 0.0, "at least 0");
         let (sun_scale, sky_scale) = (
@@ -86,7 +83,7 @@ impl DescBuilder<'_> {
         }
         let image = bake_sunsky(&parameters, MAP_WIDTH);
         let world_from_emitter = rotation(frame) * sky_from_environment();
-        self.add_emitter(Emitter::Environment(Environment {
+        self.desc.add(Emitter::Environment(Environment {
             image,
             scale: 1.0,
             world_from_emitter,
@@ -119,12 +116,7 @@ impl DescBuilder<'_> {
         };
         if let Some(direction) = props.vector("sun_direction") {
             if let Some(time) = TIME.iter().find(|name| props.has(name)) {
-                props.refuse(
-                    props
-                        .get("sun_direction")
-                        .expect("invariant: the direction has a value"),
-                    &format!("absent if `{time}` is given"),
-                );
+                props.refuse_named("sun_direction", &format!("absent if `{time}` is given"));
             }
             props.ignore(&TIME);
             return into_frame(direction);

@@ -1,13 +1,14 @@
 //! Texture plugins.
 
 use super::super::assets::Channel;
+use super::super::description::{Additions, bitmap};
 use super::super::files::find_file;
-use super::super::sink::Problem;
+use super::super::parameters::{Numbers, Parameters};
+use super::builder::{DescBuilder, Substitute};
 use super::colors::ColorUse;
-use super::object::{ObjectId, PluginFamily};
+use super::family::{PluginFamily, TEXTURES};
 use super::props::Props;
-use super::values::Value;
-use super::{DescBuilder, Substitute};
+use super::values::{ObjectId, Value};
 use crate::image::Transfer;
 use glam::DMat4;
 use manylight::color::Rgb;
@@ -15,9 +16,6 @@ use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, Wrap};
-use std::path::PathBuf;
-
-pub(super) const SUPPORTED: &[&str] = &["bitmap", "checkerboard", "mesh_attribute"];
 
 const REPLACED_BY_CONSTANT: &str = "it is replaced by a constant";
 
@@ -29,18 +27,11 @@ const SUBSTITUTES: &[Substitute] = &[
     ("scale", REPLACED_BY_CONSTANT),
 ];
 
-/// Identity of a bitmap texture: textures with equal keys are shared.
-#[derive(Clone, PartialEq, Eq, Hash)]
-pub(super) struct BitmapKey {
-    path: PathBuf,
-    settings: String,
-}
-
 impl DescBuilder<'_> {
     /// The texture, added at its first use. `None` if it is invalid or not supported: the default of the parameter replaces it.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
         let key = self.scoped(id);
-        if let Some(texture) = self.textures.get(&key) {
+        if let Some(texture) = self.made.textures.get(&key) {
             return Some(*texture);
         }
         let props = self.props(id);
@@ -49,13 +40,15 @@ impl DescBuilder<'_> {
             "checkerboard" => Some(self.checkerboard(&props)),
             "mesh_attribute" | "vertexcolors" => self.mesh_attribute(&props),
             _ => {
-                self.unsupported(&props, SUPPORTED, SUBSTITUTES);
+                self.unsupported(&props, TEXTURES, SUBSTITUTES);
                 return None;
             }
         };
         props.ignore(&["id"]);
         props.finish();
-        self.textures.extend(texture.map(|texture| (key, texture)));
+        self.made
+            .textures
+            .extend(texture.map(|texture| (key, texture)));
         texture
     }
 
@@ -70,7 +63,7 @@ impl DescBuilder<'_> {
 
     /// A texture of one color.
     pub(super) fn constant_texture(&mut self, color: Rgb) -> TextureId {
-        self.add_texture(Texture::Bitmap(Bitmap {
+        self.desc.add(Texture::Bitmap(Bitmap {
             image: Image {
                 width: 1,
                 height: 1,
@@ -88,15 +81,10 @@ impl DescBuilder<'_> {
         if scale == 1.0 {
             return texture;
         }
-        self.add_texture(Texture::Product {
+        self.desc.add(Texture::Product {
             first: ColorInput::Texture(texture),
             second: ColorInput::Constant(Rgb::splat(scale)),
         })
-    }
-
-    pub(super) fn add_texture(&mut self, texture: Texture) -> TextureId {
-        self.desc.textures.push(texture);
-        TextureId::from(self.desc.textures.len() - 1)
     }
 
     fn bitmap(&mut self, props: &Props<'_>) -> Option<TextureId> {
@@ -107,25 +95,17 @@ impl DescBuilder<'_> {
         let transfer = transfer(props);
         let channel = props.choice("channel", Channel::All, &Channel::NAMES);
         let name = props.required_string("filename")?;
-        let path = find_file(self.sink, &props.object().folders, &name, "texture")?;
+        let path = find_file(self.sink, &props.object().folders, name, "texture")?;
         let settings = format!("{filtering:?} {wrap:?} {uv_transform:?} {transfer:?} {channel:?}");
-        let key = BitmapKey {
-            path: path.clone(),
-            settings,
-        };
-        if let Some(texture) = self.bitmaps.get(&key) {
+        let key = (path.clone(), settings);
+        if let Some(texture) = self.made.bitmaps.get(&key) {
             return Some(*texture);
         }
-        let bitmap = Bitmap {
-            image: Image::default(),
-            filtering,
-            wrap: [wrap; 2],
-            uv_transform,
-        };
-        let texture = self.add_texture(Texture::Bitmap(bitmap));
+        let bitmap = bitmap(filtering, [wrap; 2], uv_transform);
+        let texture = self.desc.add(bitmap);
         self.assets
             .add_texture_image(texture, path, transfer, channel, name.span);
-        self.bitmaps.insert(key, texture);
+        self.made.bitmaps.insert(key, texture);
         Some(texture)
     }
 
@@ -134,14 +114,11 @@ impl DescBuilder<'_> {
             return Filtering::Bilinear;
         };
         if props.is_v0() && matches!(text.value.as_str(), "trilinear" | "ewa") {
-            let message = format!(
-                "texture filter `{}` is not supported; it is replaced by `bilinear`",
-                text.value
-            );
-            self.sink.warn_once(
-                format!("filter {}", text.value),
-                Problem::new("scene::unsupported", text.span, message),
-            );
+            let filter = &text.value;
+            let message =
+                format!("texture filter `{filter}` is not supported; it is replaced by `bilinear`");
+            self.sink
+                .unsupported(format!("filter {filter}"), text.span, message);
             return Filtering::Bilinear;
         }
         let choices = [
@@ -180,22 +157,15 @@ impl DescBuilder<'_> {
             if let Some(text) = props.has(name).then(|| props.string(name)).flatten()
                 && matches!(text.value.as_str(), "zero" | "one")
             {
-                let message = format!(
-                    "wrap mode `{}` is not supported; it is replaced by `clamp`",
-                    text.value
-                );
-                self.sink.warn_once(
-                    "wrap constant",
-                    Problem::new("scene::unsupported", text.span, message),
-                );
+                let mode = &text.value;
+                let message =
+                    format!("wrap mode `{mode}` is not supported; it is replaced by `clamp`");
+                self.sink.unsupported("wrap constant", text.span, message);
             }
         }
         if u != v {
             let message = "different wrap modes along u and v are not supported; `wrap_mode_u` is used for both";
-            self.sink.warn_once(
-                "wrap uv",
-                Problem::new("scene::unsupported", props.span(), message),
-            );
+            props.unsupported("wrap uv", message);
         }
         u
     }
@@ -205,7 +175,7 @@ impl DescBuilder<'_> {
         let color0 = self.color_input(props, "color0", 0.4, ColorUse::Reflectance);
         let color1 = self.color_input(props, "color1", 0.2, ColorUse::Reflectance);
         let uv_transform = uv_transform(props);
-        self.add_texture(Texture::Checkerboard {
+        self.desc.add(Texture::Checkerboard {
             color0,
             color1,
             uv_transform,
@@ -230,7 +200,7 @@ fn transfer(props: &Props<'_>) -> Transfer {
 /// The parameter `gamma` of 0.x, a number or `srgb` (`None`).
 fn gamma(props: &Props<'_>) -> Option<f32> {
     match &props.get("gamma")?.value {
-        Value::String(name) if name.eq_ignore_ascii_case("srgb") => None,
+        Value::String(name) if name.value.eq_ignore_ascii_case("srgb") => None,
         _ => props.maybe_float("gamma"),
     }
 }

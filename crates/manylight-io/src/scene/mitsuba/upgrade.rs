@@ -1,72 +1,56 @@
 //! Renaming of objects in files of version 0.x to the names of version 3: camelCase becomes snake_case, renamed plugins and
 //! parameters get their current names, and offset and scale of a texture become a transform.
 
-use super::object::{Object, Param, PluginFamily};
+use super::super::sink::Text;
+use super::family::PluginFamily;
+use super::object::{Object, Param};
 use super::values::Value;
-use super::xml::{Dialect, Text};
+use super::xml::Dialect;
 use glam::{DMat4, DVec3};
 
-/// Renamed plugins: family, old name, current name.
-const PLUGINS: [(PluginFamily, &str, &str); 9] = [
-    (PluginFamily::Bsdf, "lambertian", "diffuse"),
-    (PluginFamily::Bsdf, "bump", "bumpmap"),
-    (PluginFamily::Bsdf, "roughglass", "roughdielectric"),
-    (PluginFamily::Bsdf, "roughmetal", "roughconductor"),
-    (PluginFamily::Film, "exrfilm", "hdrfilm"),
-    (PluginFamily::Film, "pngfilm", "ldrfilm"),
-    (PluginFamily::Texture, "ldrtexture", "bitmap"),
-    (PluginFamily::Texture, "exrtexture", "bitmap"),
-    (PluginFamily::Integrator, "pathtracer", "path"),
-];
+/// The current name of a plugin.
+fn current_plugin(family: PluginFamily, old: &str) -> Option<&'static str> {
+    Some(match (family, old) {
+        (PluginFamily::Bsdf, "lambertian") => "diffuse",
+        (PluginFamily::Bsdf, "bump") => "bumpmap",
+        (PluginFamily::Bsdf, "roughglass") => "roughdielectric",
+        (PluginFamily::Bsdf, "roughmetal") => "roughconductor",
+        (PluginFamily::Film, "exrfilm") => "hdrfilm",
+        (PluginFamily::Film, "pngfilm") => "ldrfilm",
+        (PluginFamily::Texture, "ldrtexture" | "exrtexture") => "bitmap",
+        (PluginFamily::Integrator, "pathtracer") => "path",
+        _ => return None,
+    })
+}
 
-/// Renamed parameters: family, current plugin, old name in snake_case, current name.
-const PARAMETERS: [(PluginFamily, &str, &str, &str); 8] = [
-    (
-        PluginFamily::Bsdf,
-        "diffuse",
-        "diffuse_reflectance",
-        "reflectance",
-    ),
-    (
-        PluginFamily::Bsdf,
-        "roughdiffuse",
-        "diffuse_reflectance",
-        "reflectance",
-    ),
-    (PluginFamily::Emitter, "area", "intensity", "radiance"),
-    (PluginFamily::Emitter, "constant", "intensity", "radiance"),
-    (
-        PluginFamily::Emitter,
-        "directional",
-        "intensity",
-        "irradiance",
-    ),
-    (PluginFamily::Emitter, "envmap", "intensity_scale", "scale"),
-    (PluginFamily::Filter, "mitchell", "b", "B"),
-    (PluginFamily::Filter, "mitchell", "c", "C"),
-];
+/// The current name of a parameter with this name in snake_case of a plugin with a current name.
+fn current_parameter(family: PluginFamily, plugin: &str, old: &str) -> Option<&'static str> {
+    Some(match (family, plugin, old) {
+        (PluginFamily::Bsdf, "diffuse" | "roughdiffuse", "diffuse_reflectance") => "reflectance",
+        (PluginFamily::Emitter, "area" | "constant", "intensity") => "radiance",
+        (PluginFamily::Emitter, "directional", "intensity") => "irradiance",
+        (PluginFamily::Emitter, "envmap", "intensity_scale") => "scale",
+        (PluginFamily::Filter, "mitchell", "b") => "B",
+        (PluginFamily::Filter, "mitchell", "c") => "C",
+        _ => return None,
+    })
+}
 
 /// Renames an object of a 0.x file; objects of later versions are unchanged.
 pub(super) fn upgrade(object: &mut Object) {
     if object.dialect != Dialect::V0 {
         return;
     }
-    if let Some((.., new)) = PLUGINS
-        .iter()
-        .find(|(family, old, _)| *family == object.family && *old == object.plugin.value)
-    {
-        object.plugin.value = (*new).to_owned();
+    let family = object.family;
+    if let Some(current) = current_plugin(family, &object.plugin.value) {
+        object.plugin.value = current.to_owned();
     }
     for param in &mut object.params {
-        param.name.value = snake_case(&param.name.value);
-        let rename = PARAMETERS.iter().find(|(family, plugin, old, _)| {
-            *family == object.family && *plugin == object.plugin.value && *old == param.name.value
-        });
-        if let Some((.., new)) = rename {
-            param.name.value = (*new).to_owned();
-        }
+        let name = snake_case(&param.name.value);
+        let current = current_parameter(family, &object.plugin.value, &name);
+        param.name.value = current.map_or(name, str::to_owned);
     }
-    if object.family == PluginFamily::Texture {
+    if family == PluginFamily::Texture {
         combine_uv_transform(object);
     }
 }

@@ -1,7 +1,8 @@
 //! Cameras.
 
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
-use super::Builder;
+use super::builder::Builder;
 use super::entities::Entity;
 use glam::{DMat4, DVec3};
 use manylight::film::FilmDesc;
@@ -28,7 +29,7 @@ struct Screen {
 
 impl Builder<'_> {
     /// Adds the camera.
-    pub(super) fn camera(&mut self, entity: &Entity, film: FilmDesc) {
+    pub(super) fn camera(&mut self, entity: &Entity<'_>, film: FilmDesc) {
         let params = &entity.params;
         let screen = self.screen(entity, &film);
         let world_from_camera = entity.transform.inverse();
@@ -44,7 +45,7 @@ impl Builder<'_> {
             _ => self.perspective(entity, &screen),
         };
         params.ignore(&["shutteropen", "shutterclose"]);
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         let extent = [screen.x[1] - screen.x[0], screen.y[1] - screen.y[0]];
         let center = [screen.x[0] + screen.x[1], screen.y[0] + screen.y[1]];
         self.desc.sensors.push(SensorDesc {
@@ -62,10 +63,10 @@ impl Builder<'_> {
     }
 
     /// The factor of the sensor: exposure time times ISO over 100.
-    pub(super) fn imaging_ratio(&self, camera: &Entity, film: Option<&Entity>) -> f32 {
-        let time = |name, default| camera.params.float(self.sink, name, default);
+    pub(super) fn imaging_ratio(&self, camera: &Entity<'_>, film: Option<&Entity<'_>>) -> f32 {
+        let time = |name, default| camera.params.float(name, default);
         let exposure = (time("shutterclose", 1.0) - time("shutteropen", 0.0)).abs();
-        let iso = film.map_or(100.0, |film| film.params.float(self.sink, "iso", 100.0));
+        let iso = film.map_or(100.0, |film| film.params.float("iso", 100.0));
         // In PBRT v3 the shutter has no effect on brightness.
         if self.is_v3 {
             1.0
@@ -74,7 +75,7 @@ impl Builder<'_> {
         }
     }
 
-    fn perspective(&mut self, entity: &Entity, screen: &Screen) -> SensorKind {
+    fn perspective(&mut self, entity: &Entity<'_>, screen: &Screen) -> SensorKind {
         let params = &entity.params;
         let sink = self.sink;
         let plugin = params.plugin.value.as_str();
@@ -97,9 +98,8 @@ impl Builder<'_> {
             params.ignore_all();
         }
         let inside = |fov| fov > 0.0 && fov < 180.0;
-        let half_fov = params.maybe_float(sink, "halffov").map(|half| 2.0 * half);
-        let shorter =
-            params.float_where(sink, "fov", half_fov.unwrap_or(90.0), inside, "in (0, 180)");
+        let half_fov = params.maybe_float("halffov").map(|half| 2.0 * half);
+        let shorter = params.float_where("fov", half_fov.unwrap_or(90.0), inside, "in (0, 180)");
         let (fov, fov_axis) = if screen.is_default {
             (shorter, FovAxis::Smaller)
         } else {
@@ -108,15 +108,9 @@ impl Builder<'_> {
             (2.0 * tan.atan().to_degrees(), FovAxis::X)
         };
         let at_least_zero = |radius| radius >= 0.0;
-        let aperture_radius =
-            params.float_where(sink, "lensradius", 0.0, at_least_zero, "at least 0");
-        let focus_distance = params.float_where(
-            sink,
-            "focaldistance",
-            1e6,
-            |distance| distance > 0.0,
-            "positive",
-        );
+        let aperture_radius = params.float_where("lensradius", 0.0, at_least_zero, "at least 0");
+        let focus_distance =
+            params.float_where("focaldistance", 1e6, |distance| distance > 0.0, "positive");
         if aperture_radius == 0.0 {
             return SensorKind::Perspective { fov, fov_axis };
         }
@@ -128,20 +122,20 @@ impl Builder<'_> {
         }
     }
 
-    fn warn_orthographic_lens(&self, entity: &Entity) {
+    fn warn_orthographic_lens(&self, entity: &Entity<'_>) {
         let params = &entity.params;
         params.ignore(&["focaldistance"]);
-        if params.float(self.sink, "lensradius", 0.0) > 0.0
+        if params.float("lensradius", 0.0) > 0.0
             && let Some(param) = params.get("lensradius")
         {
             let message = "the lens of an orthographic camera is not supported; it is a pinhole";
-            let problem = Problem::new("scene::unsupported", param.name.span, message);
-            self.sink.warn_once("orthographic lens", problem);
+            self.sink
+                .unsupported("orthographic lens", param.name.span, message);
         }
     }
 
     /// The window from `screenwindow` or `frameaspectratio`. Pixels that are not square are reported.
-    fn screen(&self, entity: &Entity, film: &FilmDesc) -> Screen {
+    fn screen(&self, entity: &Entity<'_>, film: &FilmDesc) -> Screen {
         let params = &entity.params;
         let film_aspect = film.size.x as f32 / film.size.y as f32;
         let of_aspect = |aspect: f32| {
@@ -149,21 +143,18 @@ impl Builder<'_> {
             [[-x, x], [-y, y]]
         };
         let aspect = params.float_where(
-            self.sink,
             "frameaspectratio",
             film_aspect,
             |aspect| aspect > 0.0,
             "positive",
         );
         let [mut x, mut y] = of_aspect(aspect);
-        if let Some(window) = params.floats(self.sink, "screenwindow") {
+        if let Some(window) = params.floats("screenwindow") {
             match *window {
                 [x0, x1, y0, y1] if x0 < x1 && y0 < y1 => [x, y] = [[x0, x1], [y0, y1]],
                 _ => {
-                    if let Some(param) = params.get("screenwindow") {
-                        let required = "four numbers x0 < x1, y0 < y1";
-                        params.refuse(self.sink, param, required);
-                    }
+                    let required = "four numbers x0 < x1, y0 < y1";
+                    params.refuse_named("screenwindow", required);
                 }
             }
         }
@@ -177,8 +168,7 @@ impl Builder<'_> {
             let span = param
                 .or_else(|| params.get("frameaspectratio"))
                 .map_or(params.plugin.span, |param| param.span);
-            let problem = Problem::new("scene::unsupported", span, message);
-            self.sink.warn_once("square pixels", problem);
+            self.sink.unsupported("square pixels", span, message);
         }
         Screen { x, y, is_default }
     }

@@ -4,13 +4,13 @@
 //! `power` and `illuminance` then set the magnitude. PBRT v3 keeps the values of both.
 
 use super::super::files::find_external_file;
+use super::super::parameters::Parameters;
 use super::super::sink::{Problem, Sink, Text};
 use super::named_spectra::{NamedSpectrum, named_spectrum, spectrum_names};
 use super::param_types::{Param, ParamType, Values};
 use super::params::Params;
-use crate::file_error::FileErrorKind;
-use crate::resolve::similar;
 use crate::spectra;
+use crate::suggest::did_you_mean;
 use manylight::color::Rgb;
 use manylight::math::{Mat3, Vec3};
 use std::path::PathBuf;
@@ -96,7 +96,7 @@ impl ColorContext<'_> {
     /// The color of the parameter `name`, if it is given and not a texture.
     pub(super) fn color(
         &self,
-        params: &Params,
+        params: &Params<'_>,
         name: &'static str,
         color_use: ColorUse,
     ) -> Option<Rgb> {
@@ -105,7 +105,7 @@ impl ColorContext<'_> {
             (ParamType::Rgb | ParamType::Xyz, Values::Numbers(values)) => {
                 let Some(&[r, g, b]) = values.first_chunk::<3>().filter(|_| values.len() == 3)
                 else {
-                    params.refuse(self.sink, param, "three numbers");
+                    params.refuse(param, "three numbers");
                     return None;
                 };
                 let color = Rgb::new(r, g, b);
@@ -127,20 +127,20 @@ impl ColorContext<'_> {
             }
             (ParamType::Spectrum, Values::Strings(names)) => {
                 let [name] = names.as_slice() else {
-                    params.refuse(self.sink, param, "one name");
+                    params.refuse(param, "one name");
                     return None;
                 };
                 self.named(name, color_use)
             }
             _ => {
-                params.mismatch(self.sink, param, "a color or a spectrum");
+                params.mismatch(param, &"a color or a spectrum");
                 None
             }
         }
     }
 
     /// Clamps reflectances to [0, 1] and other colors to at least 0, with a warning.
-    fn limited(&self, params: &Params, param: &Param, color: Rgb, color_use: ColorUse) -> Rgb {
+    fn limited(&self, params: &Params<'_>, param: &Param, color: Rgb, color_use: ColorUse) -> Rgb {
         let most = match color_use {
             ColorUse::Reflectance => 1.0,
             _ => f32::INFINITY,
@@ -149,11 +149,8 @@ impl ColorContext<'_> {
         // Conversions between color spaces may leave the range by design.
         if clamped != color && self.space == ColorSpace::Srgb {
             let range = if most == 1.0 { "[0, 1]" } else { "[0, ∞)" };
-            let message = format!(
-                "`{}` of {} is outside of {range}; it is clamped",
-                param.name.value,
-                params.describe()
-            );
+            let (name, object) = (&param.name.value, params.describe());
+            let message = format!("`{name}` of {object} is outside of {range}; it is clamped");
             let problem = Problem::new("scene::clamped", param.span, message);
             self.sink.warn_once("color range", problem);
         }
@@ -163,7 +160,7 @@ impl ColorContext<'_> {
     /// The color of `[temperature]`, or `[temperature scale]` in PBRT v3.
     fn blackbody(
         &self,
-        params: &Params,
+        params: &Params<'_>,
         param: &Param,
         values: &[f32],
         color_use: ColorUse,
@@ -174,7 +171,7 @@ impl ColorContext<'_> {
             _ => (-1.0, 1.0),
         };
         if temperature <= 0.0 {
-            params.refuse(self.sink, param, "a positive temperature in kelvin");
+            params.refuse(param, "a positive temperature in kelvin");
             return None;
         }
         let color = spectra::blackbody_rgb(temperature);
@@ -186,15 +183,19 @@ impl ColorContext<'_> {
     }
 
     /// Pairs of wavelength in nm and value.
-    fn samples(&self, params: &Params, param: &Param, values: &[f32]) -> Option<Vec<(f32, f32)>> {
+    fn samples(
+        &self,
+        params: &Params<'_>,
+        param: &Param,
+        values: &[f32],
+    ) -> Option<Vec<(f32, f32)>> {
         let pairs: Vec<(f32, f32)> = values
             .chunks_exact(2)
             .map(|pair| (pair[0], pair[1]))
             .collect();
-        let increasing = pairs.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        if !values.len().is_multiple_of(2) || pairs.is_empty() || !increasing {
+        if !values.len().is_multiple_of(2) || !spectra::is_spectrum(&pairs) {
             let required = "pairs of wavelength and value with increasing wavelengths";
-            params.refuse(self.sink, param, required);
+            params.refuse(param, required);
             return None;
         }
         Some(pairs)
@@ -207,21 +208,19 @@ impl ColorContext<'_> {
                 NamedSpectrum::Color(color) => color,
                 NamedSpectrum::Glass(eta) => {
                     let message = format!("the dispersion of `{}` is ignored", name.value);
-                    let problem = Problem::new("scene::unsupported", name.span, message);
-                    self.sink.warn_once("dispersion", problem);
+                    self.sink.unsupported("dispersion", name.span, message);
                     Rgb::splat(eta)
                 }
             });
         }
         if !name.value.contains('.') {
             let known = spectrum_names();
-            let help = match similar(&name.value, known.iter().map(String::as_str)) {
-                Some(similar) => format!("did you mean `{similar}`?"),
-                None => "expected a named spectrum or a file such as `name.spd`".to_owned(),
-            };
+            let help = did_you_mean(&name.value, known.iter().map(String::as_str));
+            let files = "expected a named spectrum or a file such as `name.spd`";
             let message = format!("unknown spectrum `{}`", name.value);
             let problem = Problem::new("scene::bad_value", name.span, message);
-            self.sink.error(problem.help(help));
+            self.sink
+                .error(problem.help(help.unwrap_or_else(|| files.to_owned())));
             return None;
         }
         let path = find_external_file(self.sink, self.folders, name, "spectrum file")?;
@@ -231,10 +230,7 @@ impl ColorContext<'_> {
             Err(error) => {
                 let message = format!("cannot use the spectrum file {error}");
                 let problem = Problem::new("scene::broken_file", name.span, message);
-                self.sink.error(match error.kind {
-                    FileErrorKind::Unreadable(_) => problem.file_system(),
-                    _ => problem,
-                });
+                self.sink.error(problem.caused_by(&error));
                 None
             }
         }

@@ -1,6 +1,6 @@
 //! The directives of the language and the forms of their arguments.
 
-use crate::resolve::similar;
+use crate::suggest::did_you_mean;
 
 /// The form of the arguments of a directive.
 #[derive(Clone, Copy)]
@@ -73,12 +73,12 @@ pub(super) fn form_of(word: &str) -> Option<Form> {
     found.map(|(_, form)| *form)
 }
 
-/// The directive most similar to `word`.
-pub(super) fn similar_directive(word: &str) -> Option<&'static str> {
-    similar(word, DIRECTIVES.iter().map(|(name, _)| *name))
+/// The question whether a directive similar to `word` is meant.
+pub(super) fn similar_directive(word: &str) -> Option<String> {
+    did_you_mean(word, DIRECTIVES.iter().map(|(name, _)| *name))
 }
 
 /// Whether `word` is a directive.
 pub(super) fn is_directive(word: &str) -> bool {
-    DIRECTIVES.iter().any(|(name, _)| *name == word)
+    form_of(word).is_some()
 }

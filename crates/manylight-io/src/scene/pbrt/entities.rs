@@ -1,17 +1,19 @@
 //! The declarations of a scene, with the graphics state at each of them.
 
+use super::super::files::find_external_file;
+use super::super::parameters::Parameters;
 use super::super::sink::{FileSpan, Text};
-use super::colors::ColorSpace;
+use super::colors::{ColorContext, ColorSpace, ColorUse};
 use super::params::Params;
 use glam::DMat4;
+use manylight::color::Rgb;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 
 /// A declaration with its transform.
-#[derive(Debug)]
-pub(super) struct Entity {
-    pub(super) params: Params,
+pub(super) struct Entity<'a> {
+    pub(super) params: Params<'a>,
     /// Object to world; at the start of the shutter interval.
     pub(super) transform: DMat4,
     pub(super) color_space: ColorSpace,
@@ -19,15 +21,31 @@ pub(super) struct Entity {
     pub(super) folders: Rc<[PathBuf]>,
 }
 
+impl Entity<'_> {
+    /// The file `name`. `what` describes it in the report of its absence.
+    pub(super) fn find_file(&self, name: &Text, what: &str) -> Option<PathBuf> {
+        find_external_file(self.params.sink(), &self.folders, name, what)
+    }
+
+    /// The color of the parameter `name`, if it is given and not a texture.
+    pub(super) fn color(&self, name: &'static str, color_use: ColorUse) -> Option<Rgb> {
+        let context = ColorContext {
+            sink: self.params.sink(),
+            folders: &self.folders,
+            space: self.color_space,
+        };
+        context.color(&self.params, name, color_use)
+    }
+}
+
 /// The name of a material, texture or object.
-#[derive(Debug)]
 pub(super) struct Named<T> {
     pub(super) name: Text,
     pub(super) value: T,
 }
 
 /// The material of a shape.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) enum MaterialRef {
     /// Gray diffuse: the default.
     Default,
@@ -38,44 +56,41 @@ pub(super) enum MaterialRef {
 }
 
 /// A shape with its attributes.
-#[derive(Debug)]
-pub(super) struct ShapeEntity {
-    pub(super) entity: Entity,
+pub(super) struct ShapeEntity<'a> {
+    pub(super) entity: Entity<'a>,
     pub(super) material: MaterialRef,
-    pub(super) area_light: Option<Rc<Entity>>,
+    pub(super) area_light: Option<Rc<Entity<'a>>>,
     pub(super) reverse_orientation: bool,
 }
 
 /// A texture: whether it is a spectrum, and its declaration.
-#[derive(Debug)]
-pub(super) struct TextureEntity {
+pub(super) struct TextureEntity<'a> {
     pub(super) is_spectrum: bool,
-    pub(super) entity: Entity,
+    pub(super) entity: Entity<'a>,
 }
 
 /// An instance of an object.
-#[derive(Debug)]
 pub(super) struct InstanceEntity {
     pub(super) object: Text,
     pub(super) transform: DMat4,
 }
 
 /// All declarations of a scene, in the order of the file.
-#[derive(Debug, Default)]
-pub(super) struct Entities {
-    pub(super) camera: Option<Entity>,
-    pub(super) film: Option<Entity>,
-    pub(super) filter: Option<Entity>,
-    pub(super) integrator: Option<Entity>,
+#[derive(Default)]
+pub(super) struct Entities<'a> {
+    pub(super) camera: Option<Entity<'a>>,
+    pub(super) film: Option<Entity<'a>>,
+    pub(super) filter: Option<Entity<'a>>,
+    pub(super) integrator: Option<Entity<'a>>,
     /// Samplers, accelerators and renderers, which have no effect.
-    pub(super) sampler: Option<Entity>,
-    pub(super) textures: Vec<Named<TextureEntity>>,
-    pub(super) named_materials: Vec<Named<Entity>>,
-    pub(super) materials: Vec<Entity>,
-    pub(super) lights: Vec<Entity>,
-    pub(super) shapes: Vec<ShapeEntity>,
+    pub(super) sampler: Option<Entity<'a>>,
+    pub(super) textures: Vec<Named<TextureEntity<'a>>>,
+    pub(super) named_materials: Vec<Named<Entity<'a>>>,
+    pub(super) materials: Vec<Entity<'a>>,
+    pub(super) lights: Vec<Entity<'a>>,
+    pub(super) shapes: Vec<ShapeEntity<'a>>,
     /// Shapes of objects.
-    pub(super) objects: Vec<Named<Vec<ShapeEntity>>>,
+    pub(super) objects: Vec<Named<Vec<ShapeEntity<'a>>>>,
     pub(super) object_ids: HashMap<String, usize>,
     pub(super) instances: Vec<InstanceEntity>,
     /// Where the scene file begins, for messages about the scene as a whole.

@@ -1,7 +1,9 @@
 //! Film, reconstruction filter and path limits.
 
+use super::super::description::film_of_size;
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
-use super::Builder;
+use super::builder::Builder;
 use super::entities::Entity;
 use manylight::film::{FilmDesc, Filter};
 use manylight::math::UVec2;
@@ -62,7 +64,11 @@ const FILM_PARAMETERS: &[&str] = &[
 
 impl Builder<'_> {
     /// The film with its filter.
-    pub(super) fn film(&mut self, film: Option<&Entity>, filter: Option<&Entity>) -> FilmDesc {
+    pub(super) fn film(
+        &mut self,
+        film: Option<&Entity<'_>>,
+        filter: Option<&Entity<'_>>,
+    ) -> FilmDesc {
         let filter = match filter {
             Some(entity) => self.filter(entity),
             None if self.is_v3 => Filter::Box,
@@ -71,12 +77,7 @@ impl Builder<'_> {
         let default = if self.is_v3 { [640, 480] } else { [1280, 720] };
         let Some(entity) = film else {
             let size = UVec2::from_array(default.map(|edge: i32| edge as u32));
-            return FilmDesc {
-                size,
-                crop_offset: UVec2::ZERO,
-                crop_size: size,
-                filter,
-            };
+            return film_of_size(size, filter);
         };
         let params = &entity.params;
         let plugin = params.plugin.value.as_str();
@@ -89,11 +90,11 @@ impl Builder<'_> {
             params.ignore_all();
         }
         let edge = |name, default| {
-            let edge = params.integer(self.sink, name, default, 1);
+            let edge = params.integer(name, default, 1);
             if edge > MAX_SIZE
                 && let Some(param) = params.get(name)
             {
-                params.refuse(self.sink, param, &format!("at most {MAX_SIZE}"));
+                params.refuse(param, &format!("at most {MAX_SIZE}"));
                 return default as u32;
             }
             edge as u32
@@ -105,7 +106,7 @@ impl Builder<'_> {
         let [low, high] = self.crop(entity, size);
         params.ignore(FILM_PARAMETERS);
         self.warn_sensor(entity);
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         FilmDesc {
             size,
             crop_offset: low,
@@ -115,88 +116,79 @@ impl Builder<'_> {
     }
 
     /// Corners of the crop window, from `pixelbounds` or `cropwindow`.
-    fn crop(&self, entity: &Entity, size: UVec2) -> [UVec2; 2] {
+    fn crop(&self, entity: &Entity<'_>, size: UVec2) -> [UVec2; 2] {
         let params = &entity.params;
         let whole = [UVec2::ZERO, size];
-        if let Some(window) = params.floats(self.sink, "cropwindow") {
+        let (name, required, corners) = if let Some(window) = params.floats("cropwindow") {
             params.ignore(&["pixelbounds"]);
-            if let [x0, x1, y0, y1] = *window {
-                let at = |t: f32, n: u32| (t.clamp(0.0, 1.0) * n as f32).ceil() as u32;
+            let at = |t: f32, n: u32| (t.clamp(0.0, 1.0) * n as f32).ceil() as u32;
+            let corners = <[f32; 4]>::try_from(window).map(|[x0, x1, y0, y1]| {
                 let low = UVec2::new(at(x0.min(x1), size.x), at(y0.min(y1), size.y));
-                let high = UVec2::new(at(x0.max(x1), size.x), at(y0.max(y1), size.y));
-                if low.cmplt(high).all() {
-                    return [low, high];
-                }
-            }
-            if let Some(param) = params.get("cropwindow") {
-                let required = "four numbers x0, x1, y0, y1 in [0, 1] around some pixels";
-                params.refuse(self.sink, param, required);
-            }
-            return whole;
-        }
-        let Some(bounds) = params.integers(self.sink, "pixelbounds") else {
+                [
+                    low,
+                    UVec2::new(at(x0.max(x1), size.x), at(y0.max(y1), size.y)),
+                ]
+            });
+            let required = "four numbers x0, x1, y0, y1 in [0, 1] around some pixels";
+            ("cropwindow", required, corners)
+        } else if let Some(bounds) = params.integers("pixelbounds") {
+            let at = |v: i32, n: u32| v.clamp(0, n as i32) as u32;
+            let corners = <[i32; 4]>::try_from(bounds).map(|[x0, x1, y0, y1]| {
+                let low = UVec2::new(at(x0, size.x), at(y0, size.y));
+                [low, UVec2::new(at(x1, size.x), at(y1, size.y))]
+            });
+            let required = "four integers x0 < x1, y0 < y1 on the film";
+            ("pixelbounds", required, corners)
+        } else {
             return whole;
         };
-        if let [x0, x1, y0, y1] = *bounds {
-            let at = |v: i32, n: u32| v.clamp(0, n as i32) as u32;
-            let low = UVec2::new(at(x0, size.x), at(y0, size.y));
-            let high = UVec2::new(at(x1, size.x), at(y1, size.y));
-            if low.cmplt(high).all() {
-                return [low, high];
+        match corners {
+            Ok([low, high]) if low.cmplt(high).all() => [low, high],
+            _ => {
+                params.refuse_named(name, required);
+                whole
             }
         }
-        if let Some(param) = params.get("pixelbounds") {
-            params.refuse(
-                self.sink,
-                param,
-                "four integers x0 < x1, y0 < y1 on the film",
-            );
-        }
-        whole
     }
 
     /// Warns about sensors that change the colors.
-    fn warn_sensor(&self, entity: &Entity) {
+    fn warn_sensor(&self, entity: &Entity<'_>) {
         let params = &entity.params;
-        if let Some(sensor) = params.string(self.sink, "sensor")
+        if let Some(sensor) = params.string("sensor")
             && sensor.value != "cie1931"
         {
-            let message = format!(
-                "the sensor `{}` is not supported; it is replaced by `cie1931`",
-                sensor.value
-            );
-            let problem = Problem::new("scene::unsupported", sensor.span, message);
-            self.sink.warn_once("sensor", problem);
+            let name = &sensor.value;
+            let message =
+                format!("the sensor `{name}` is not supported; it is replaced by `cie1931`");
+            self.sink.unsupported("sensor", sensor.span, message);
         }
         for name in ["whitebalance", "maxcomponentvalue", "maxsampleluminance"] {
             if let Some(param) = params.get(name)
-                && params.float(self.sink, name, 0.0) > 0.0
+                && params.float(name, 0.0) > 0.0
             {
                 let message = format!("`{name}` of the film is not supported; it is ignored");
-                let problem = Problem::new("scene::unsupported", param.name.span, message);
-                self.sink.warn_once(name, problem);
+                self.sink.unsupported(name, param.name.span, message);
             }
         }
     }
 
     /// The radius of a filter along x. Another one along y is reported.
-    fn filter_radius(&self, entity: &Entity, default: f32) -> f32 {
+    fn filter_radius(&self, entity: &Entity<'_>, default: f32) -> f32 {
         let params = &entity.params;
         let radius = |name: &'static str, old: &'static str| {
             let positive = |radius| radius > 0.0;
             let name = if params.has(old) { old } else { name };
-            params.float_where(self.sink, name, default, positive, "positive")
+            params.float_where(name, default, positive, "positive")
         };
         let [x, y] = [radius("xradius", "xwidth"), radius("yradius", "ywidth")];
         if x != y {
             let message = "the filter has one radius along both axes here, that along x";
-            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-            self.sink.warn_once("filter radii", problem);
+            params.unsupported("filter radii", message);
         }
         x
     }
 
-    fn filter(&mut self, entity: &Entity) -> Filter {
+    fn filter(&mut self, entity: &Entity<'_>) -> Filter {
         let params = &entity.params;
         let radius = |default| self.filter_radius(entity, default);
         let filter = match params.plugin.value.as_str() {
@@ -212,26 +204,24 @@ impl Builder<'_> {
             },
             "gaussian" => {
                 radius(1.5);
-                let stddev = match params.maybe_float(self.sink, "alpha") {
+                let stddev = match params.maybe_float("alpha") {
                     // PBRT v3: exp(-α x²).
                     Some(alpha) if alpha > 0.0 => (0.5 / alpha).sqrt(),
                     _ if self.is_v3 => 0.5,
-                    _ => {
-                        params.float_where(self.sink, "sigma", 0.5, |sigma| sigma > 0.0, "positive")
-                    }
+                    _ => params.float_where("sigma", 0.5, |sigma| sigma > 0.0, "positive"),
                 };
                 Filter::Gaussian { stddev }
             }
             "mitchell" => {
                 radius(2.0);
                 Filter::Mitchell {
-                    b: params.float(self.sink, "B", 1.0 / 3.0),
-                    c: params.float(self.sink, "C", 1.0 / 3.0),
+                    b: params.float("B", 1.0 / 3.0),
+                    c: params.float("C", 1.0 / 3.0),
                 }
             }
             "sinc" => {
                 radius(4.0);
-                let lobes = params.float(self.sink, "tau", 3.0).round().max(1.0);
+                let lobes = params.float("tau", 3.0).round().max(1.0);
                 Filter::Lanczos { lobes }
             }
             _ => {
@@ -240,12 +230,12 @@ impl Builder<'_> {
                 DEFAULT_FILTER
             }
         };
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         filter
     }
 
     /// The path limits of an integrator. PBRT counts scattering events, here segments are counted.
-    pub(super) fn limits(&mut self, integrator: Option<&Entity>) -> PathLimits {
+    pub(super) fn limits(&mut self, integrator: Option<&Entity<'_>>) -> PathLimits {
         /// PBRT's default number of scattering events.
         const MAX_EVENTS: i32 = 5;
         let mut limits = PathLimits {
@@ -259,10 +249,9 @@ impl Builder<'_> {
         let plugin = params.plugin.value.as_str();
         if !INTEGRATORS.contains(&plugin) && !INTEGRATORS_V3.contains(&plugin) {
             let message = format!("unknown integrator `{plugin}`; only its `maxdepth` is used");
-            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-            self.sink.warn_once(format!("integrator {plugin}"), problem);
+            params.unsupported(format!("integrator {plugin}"), message);
         }
-        let events = params.integer(self.sink, "maxdepth", MAX_EVENTS, 0);
+        let events = params.integer("maxdepth", MAX_EVENTS, 0);
         limits.max_depth = Some(events as u32 + 1);
         params.ignore_all();
         limits

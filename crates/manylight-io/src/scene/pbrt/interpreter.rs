@@ -2,16 +2,18 @@
 
 use super::super::expansion::Expansion;
 use super::super::files::{find_external_file, identity};
+use super::super::parameters::unresolved;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::colors::ColorSpace;
-use super::entities::{Entities, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity};
+use super::entities::{
+    Entities, Entity, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity,
+};
 use super::lexer::Lexer;
 use super::param_types::Param;
 use super::params::Params;
 use super::parser::{Arguments, Parser, Statement};
 use super::source::read_text;
 use super::state::{Block, CoordinateSystems, GraphicsState};
-use crate::resolve::similar;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -26,14 +28,14 @@ pub(super) struct Interpreter<'a> {
     sink: &'a Sink,
     /// Folders of the scene file and of the current file, in which files are searched in this order.
     folders: Rc<[PathBuf]>,
-    state: GraphicsState,
-    stack: Vec<(Block, FileSpan, GraphicsState)>,
+    state: GraphicsState<'a>,
+    stack: Vec<(Block, FileSpan, GraphicsState<'a>)>,
     systems: CoordinateSystems,
     in_world: bool,
     /// Files that are being read, without symbolic links.
     open_files: Vec<PathBuf>,
     pub(super) expansion: Expansion,
-    pub(super) entities: Entities,
+    pub(super) entities: Entities<'a>,
 }
 
 impl<'a> Interpreter<'a> {
@@ -124,8 +126,7 @@ impl<'a> Interpreter<'a> {
     fn begin_world(&mut self, directive: &Text) {
         if self.in_world {
             let message = "`WorldBegin` is given twice";
-            let problem = Problem::new("scene::syntax", directive.span, message);
-            self.sink.error(problem);
+            self.sink.error_at("scene::syntax", directive.span, message);
         }
         self.in_world = true;
         self.state.begin_world();
@@ -136,8 +137,8 @@ impl<'a> Interpreter<'a> {
     fn open(&mut self, block: Block, directive: &Text) {
         if self.stack.len() >= MAX_BLOCKS {
             let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
-            let problem = Problem::new("scene::nesting", directive.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::nesting", directive.span, message);
             return;
         }
         self.stack.push((block, directive.span, self.state.clone()));
@@ -148,8 +149,8 @@ impl<'a> Interpreter<'a> {
         let opened = self.stack.last().filter(|_| self.stack.len() > depth);
         let Some((found, span, _)) = opened else {
             let message = format!("`{end}` without `{begin}` in this file");
-            let problem = Problem::new("scene::unbalanced", directive.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::unbalanced", directive.span, message);
             return;
         };
         if *found != block {
@@ -196,11 +197,9 @@ impl<'a> Interpreter<'a> {
             self.state.transforms = *transforms;
             return;
         }
-        let known = self.systems.keys().map(String::as_str);
-        let help = similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"));
         let message = format!("no coordinate system has the name `{}`", name.value);
-        let problem = Problem::new("scene::unresolved_reference", name.span, message);
-        self.sink.error(problem.maybe_help(help));
+        let known = self.systems.keys().map(String::as_str);
+        self.sink.error(unresolved(name, message, known));
     }
 
     fn include(&mut self, name: &Text) {
@@ -219,8 +218,8 @@ impl<'a> Interpreter<'a> {
             } else {
                 format!("included files are nested more than {MAX_INCLUDES} deep")
             };
-            let problem = Problem::new("scene::circular_reference", name.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::circular_reference", name.span, message);
             return;
         }
         let Some(text) = read_text(&path, name, self.sink) else {
@@ -242,8 +241,8 @@ impl<'a> Interpreter<'a> {
     fn begin_object(&mut self, directive: &Text, name: Text) {
         if self.is_in_object() {
             let message = "`ObjectBegin` inside of another object";
-            let problem = Problem::new("scene::nested_group", directive.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::nested_group", directive.span, message);
         }
         self.open(Block::Object, directive);
         let objects = &mut self.entities.objects;
@@ -263,8 +262,8 @@ impl<'a> Interpreter<'a> {
     fn instance(&mut self, directive: &Text, object: Text) {
         if self.is_in_object() {
             let message = "`ObjectInstance` inside of an object is not possible";
-            let problem = Problem::new("scene::nested_group", directive.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::nested_group", directive.span, message);
             return;
         }
         let transform = self.state.start(&object, self.sink);
@@ -276,8 +275,8 @@ impl<'a> Interpreter<'a> {
     /// Warns once about participating media.
     fn ignore_medium(&self, at: &Text) {
         let message = "participating media are not supported; they are ignored";
-        let problem = Problem::new("scene::unsupported", at.span, message);
-        self.sink.warn_once("participating media", problem);
+        self.sink
+            .unsupported("participating media", at.span, message);
     }
 
     fn option(&self, param: &Param) {
@@ -285,9 +284,11 @@ impl<'a> Interpreter<'a> {
             "the option `{}` has no effect here and is ignored",
             param.name.value
         );
-        let problem = Problem::new("scene::unsupported", param.name.span, message);
-        self.sink
-            .warn_once(format!("option {}", param.name.value), problem);
+        self.sink.unsupported(
+            format!("option {}", param.name.value),
+            param.name.span,
+            message,
+        );
     }
 
     fn texture(&mut self, names: [Text; 3], list: Vec<Param>) {
@@ -298,14 +299,13 @@ impl<'a> Interpreter<'a> {
             other => {
                 let message =
                     format!("unknown type `{other}` of a texture, expected `float` or `spectrum`");
-                let problem = Problem::new("scene::bad_value", ty.span, message);
-                self.sink.error(problem);
+                self.sink.error_at("scene::bad_value", ty.span, message);
                 return;
             }
         };
         let inherited = Rc::clone(&self.state.inherited.texture);
-        let params = Params::new("texture", class, list, inherited);
-        let entity = self.state.entity(params, &self.folders, self.sink);
+        let params = Params::new("texture", class, list, inherited, self.sink);
+        let entity = self.state.entity(params, &self.folders);
         self.entities.textures.push(Named {
             name,
             value: TextureEntity {
@@ -332,8 +332,8 @@ impl<'a> Interpreter<'a> {
             // Accelerators and the renderers of older versions have no effect.
             _ => return,
         };
-        let params = Params::new(family, name, list, inherited);
-        let entity = self.state.entity(params, &self.folders, self.sink);
+        let params = Params::new(family, name, list, inherited, self.sink);
+        let entity = self.state.entity(params, &self.folders);
         let entities = &mut self.entities;
         match directive.value.as_str() {
             "Camera" => {
@@ -362,7 +362,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn shape(&mut self, entity: super::entities::Entity) {
+    fn shape(&mut self, entity: Entity<'a>) {
         let in_object = self.is_in_object();
         let shape = ShapeEntity {
             entity,

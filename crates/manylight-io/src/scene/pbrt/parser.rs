@@ -4,7 +4,7 @@ use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::directives::{Form, form_of, similar_directive};
 use super::lexer::{Lexer, Token, TokenKind};
 use super::param_types::{Param, ParamType, TYPE_NAMES, Values};
-use crate::resolve::similar;
+use crate::suggest::one_of;
 
 /// A directive with its location.
 #[derive(Debug)]
@@ -217,13 +217,10 @@ impl Parser {
             let name = &parameter.name.value;
             if let Some(first) = parameters.iter().find(|other| other.name.value == *name) {
                 let message = format!("the parameter `{name}` is given twice");
-                let twice =
-                    Problem::new("scene::duplicate_parameter", parameter.name.span, message);
-                return Err(Box::new(
-                    twice
-                        .label("second value")
-                        .second(first.name.span, "first value"),
-                ));
+                let span = parameter.name.span;
+                let twice = Problem::new("scene::duplicate_parameter", span, message);
+                let twice = twice.label("second value");
+                return Err(Box::new(twice.second(first.name.span, "first value")));
             }
             parameters.push(parameter);
         }
@@ -346,21 +343,17 @@ fn check_count(ty: ParamType, name: &Text, values: &Values, span: FileSpan) -> P
 }
 
 fn unknown_type(found: &str, span: FileSpan) -> Box<Problem> {
-    let known = || TYPE_NAMES.iter().map(|(name, _)| *name);
-    let help = match similar(found, known()) {
-        Some(similar) => format!("did you mean `{similar}`?"),
-        None => format!("expected one of {}", known().collect::<Vec<_>>().join(", ")),
-    };
+    let help = one_of(found, TYPE_NAMES.iter().map(|(name, _)| *name));
     let message = format!("unknown type `{found}` of a parameter");
     Box::new(Problem::new("scene::unknown_type", span, message).help(help))
 }
 
 fn unknown_directive(found: &Text, kind: TokenKind) -> Box<Problem> {
     let text: String = found.value.chars().take(40).collect();
-    let help = similar_directive(&text).map(|similar| format!("did you mean `{similar}`?"));
     let message = match kind {
         TokenKind::Word => format!("unknown directive `{text}`"),
         _ => format!("found `{text}`, expected a directive such as `Shape`"),
     };
-    Box::new(Problem::new("scene::unknown_directive", found.span, message).maybe_help(help))
+    let problem = Problem::new("scene::unknown_directive", found.span, message);
+    Box::new(problem.maybe_help(similar_directive(&text)))
 }

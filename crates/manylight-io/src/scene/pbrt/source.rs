@@ -33,7 +33,7 @@ pub(super) fn text_of(
                 end: start + replacement,
             };
             let message = "found a byte that is not UTF-8, expected UTF-8 text";
-            sink.error(Problem::new("scene::encoding", span, message));
+            sink.error_at("scene::encoding", span, message);
             Ok(None)
         }
     }
@@ -55,7 +55,7 @@ pub(super) fn read_text(path: &Path, name: &Text, sink: &Sink) -> Option<Arc<str
         Ok(text) => text,
         Err(what) => {
             let message = format!("cannot use the included file {what}");
-            sink.error(Problem::new("scene::broken_file", name.span, message));
+            sink.error_at("scene::broken_file", name.span, message);
             None
         }
     }

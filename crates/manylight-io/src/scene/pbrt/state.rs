@@ -1,5 +1,6 @@
 //! The graphics state: what directives change, and what shapes and lights inherit.
 
+use super::super::parameters::Parameters;
 use super::super::sink::{Problem, Sink, Text};
 use super::colors::ColorSpace;
 use super::entities::{Entity, MaterialRef};
@@ -24,19 +25,19 @@ pub(super) struct Inherited {
 }
 
 /// What `AttributeBegin` saves.
-#[derive(Clone, Debug)]
-pub(super) struct GraphicsState {
+#[derive(Clone)]
+pub(super) struct GraphicsState<'a> {
     pub(super) transforms: TransformPair,
     /// Which of the transforms the directives change.
     active: [bool; 2],
     pub(super) reverse_orientation: bool,
     pub(super) material: MaterialRef,
-    pub(super) area_light: Option<Rc<Entity>>,
+    pub(super) area_light: Option<Rc<Entity<'a>>>,
     pub(super) color_space: ColorSpace,
     pub(super) inherited: Inherited,
 }
 
-impl Default for GraphicsState {
+impl Default for GraphicsState<'_> {
     fn default() -> Self {
         GraphicsState {
             transforms: [DMat4::IDENTITY; 2],
@@ -50,7 +51,7 @@ impl Default for GraphicsState {
     }
 }
 
-impl GraphicsState {
+impl<'a> GraphicsState<'a> {
     /// Resets the state for the description of the world, in which inherited parameters and the color space remain.
     pub(super) fn begin_world(&mut self) {
         self.transforms = [DMat4::IDENTITY; 2];
@@ -79,7 +80,7 @@ impl GraphicsState {
                     || scale.x * scale.y * scale.z == 0.0
                 {
                     let message = "a factor of a scale is 0, expected nonzero factors";
-                    sink.error(Problem::new("scene::bad_value", directive.span, message));
+                    sink.error_at("scene::bad_value", directive.span, message);
                 } else {
                     self.change(|m| m * DMat4::from_scale(scale));
                 }
@@ -106,7 +107,7 @@ impl GraphicsState {
             "EndTime" => [false, true],
             other => {
                 let message = format!("found `{other}`, expected `All`, `StartTime` or `EndTime`");
-                sink.error(Problem::new("scene::syntax", which.span, message));
+                sink.error_at("scene::syntax", which.span, message);
                 [true, true]
             }
         };
@@ -136,17 +137,16 @@ impl GraphicsState {
     pub(super) fn start(&self, at: &Text, sink: &Sink) -> DMat4 {
         if self.transforms[0] != self.transforms[1] {
             let message = "motion is not supported; the transform at the start is used";
-            let problem = Problem::new("scene::unsupported", at.span, message);
-            sink.warn_once("motion", problem);
+            sink.unsupported("motion", at.span, message);
         }
         self.transforms[0]
     }
 
     /// A declaration in this state.
-    pub(super) fn entity(&self, params: Params, folders: &Rc<[PathBuf]>, sink: &Sink) -> Entity {
+    pub(super) fn entity(&self, params: Params<'a>, folders: &Rc<[PathBuf]>) -> Entity<'a> {
         Entity {
             folders: Rc::clone(folders),
-            transform: self.start(&params.plugin, sink),
+            transform: self.start(&params.plugin, params.sink()),
             params,
             color_space: self.color_space,
         }

@@ -1,11 +1,12 @@
 //! Indices of refraction, as numbers or as names of materials.
 
+use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::sink::Problem;
-use super::super::DescBuilder;
+use super::super::builder::DescBuilder;
 use super::super::props::Props;
 use super::super::values::Value;
-use crate::resolve::similar;
 use crate::spectra;
+use crate::suggest::one_of;
 use manylight::color::Rgb;
 
 impl DescBuilder<'_> {
@@ -18,34 +19,22 @@ impl DescBuilder<'_> {
             "none"
         };
         let given = props.string("material");
-        let name = given.as_ref().map_or(default, |text| text.value.as_str());
+        let name = given.map_or(default, |text| text.value.as_str());
         if name == "none" {
             return None;
         }
-        if let (Some(text), true) = (&given, props.has("eta") || props.has("k")) {
+        if let (Some(text), true) = (given, props.has("eta") || props.has("k")) {
             let message = format!("{} has both `material` and `eta` or `k`", props.describe());
-            self.sink.error(
-                Problem::new("scene::bad_value", text.span, message)
-                    .help("expected either `material`, or `eta` and `k`"),
-            );
+            let problem = Problem::new("scene::bad_value", text.span, message);
+            let help = "expected either `material`, or `eta` and `k`";
+            self.sink.error(problem.help(help));
         }
         let metal = spectra::metal(name);
-        if let (None, Some(text)) = (&metal, &given) {
-            let help = match similar(name, spectra::metal_names()) {
-                Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!(
-                    "expected one of {}",
-                    spectra::metal_names().collect::<Vec<_>>().join(", ")
-                ),
-            };
-            self.sink.error(
-                Problem::new(
-                    "scene::bad_value",
-                    text.span,
-                    format!("unknown conductor `{name}`"),
-                )
-                .help(help),
-            );
+        if let (None, Some(text)) = (&metal, given) {
+            let message = format!("unknown conductor `{name}`");
+            let problem = Problem::new("scene::bad_value", text.span, message);
+            let help = one_of(name, spectra::metal_names());
+            self.sink.error(problem.help(help));
         }
         metal
     }
@@ -60,17 +49,12 @@ impl DescBuilder<'_> {
         let Value::String(material) = &param.value else {
             return props.float_where(name, default, |ior| ior > 0.0, "positive");
         };
-        spectra::dielectric_ior(material).unwrap_or_else(|| {
-            let help = match similar(material, spectra::dielectric_names()) {
-                Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!(
-                    "expected one of {}",
-                    spectra::dielectric_names().collect::<Vec<_>>().join(", ")
-                ),
-            };
-            let message = format!("unknown dielectric `{material}`");
-            self.sink
-                .error(Problem::new("scene::bad_value", param.span, message).help(help));
+        let name = &material.value;
+        spectra::dielectric_ior(name).unwrap_or_else(|| {
+            let message = format!("unknown dielectric `{name}`");
+            let problem = Problem::new("scene::bad_value", param.span, message);
+            let help = one_of(name, spectra::dielectric_names());
+            self.sink.error(problem.help(help));
             default
         })
     }

@@ -4,17 +4,19 @@ mod ior;
 mod nested;
 mod roughness;
 
+use super::super::description::Additions;
 use super::super::names::name_material;
+use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
+use super::builder::{DescBuilder, PlainMaterial, Substitute};
 use super::colors::ColorUse;
-use super::object::{ObjectId, PluginFamily};
+use super::family::PluginFamily;
 use super::props::Props;
-use super::{DescBuilder, Substitute};
+use super::values::ObjectId;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
     Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
 };
-use manylight::color::Rgb;
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
 
@@ -70,42 +72,11 @@ const MIN_ETA_OF_TRANSMISSION: f32 = 1.001;
 /// Value of `specular` that replaces 0 for the same reason.
 const MIN_SPECULAR_OF_TRANSMISSION: f32 = 1e-3;
 
-/// Materials of shapes without a bsdf.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum PlainMaterial {
-    /// Diffuse with reflectance 0.5: the default.
-    Gray,
-    /// Diffuse with reflectance 0: the default of emitting shapes.
-    Black,
-    /// No surface: the border of a medium.
-    Null,
-}
-
 impl DescBuilder<'_> {
-    pub(super) fn add_material(&mut self, material: Material) -> MaterialId {
-        self.desc.materials.push(material);
-        MaterialId::from(self.desc.materials.len() - 1)
-    }
-
-    pub(super) fn plain_material(&mut self, plain: PlainMaterial) -> MaterialId {
-        if let Some(material) = self.plain_materials.get(&plain) {
-            return *material;
-        }
-        let material = self.add_material(match plain {
-            PlainMaterial::Gray => Material::default(),
-            PlainMaterial::Black => Material::Diffuse {
-                reflectance: ColorInput::Constant(Rgb::BLACK),
-            },
-            PlainMaterial::Null => Material::Null,
-        });
-        self.plain_materials.insert(plain, material);
-        material
-    }
-
     /// The material of a bsdf, added at its first use.
     pub(super) fn material(&mut self, id: ObjectId) -> MaterialId {
         let key = self.scoped(id);
-        if let Some(material) = self.materials.get(&key) {
+        if let Some(material) = self.made.materials.get(&key) {
             return *material;
         }
         let props = self.props(id);
@@ -113,11 +84,11 @@ impl DescBuilder<'_> {
             Some(material) => {
                 props.ignore(&["id"]);
                 props.finish();
-                self.add_material(material)
+                self.desc.add(material)
             }
             None => self.substitute(&props),
         };
-        self.materials.insert(key, material);
+        self.made.materials.insert(key, material);
         let names = &mut self.desc.material_names;
         name_material(names, material, &props.object().id);
         material
@@ -317,10 +288,8 @@ impl DescBuilder<'_> {
         if let Some(param) = props.get("eta") {
             if props.has("specular") {
                 let message = format!("{} has both `eta` and `specular`", props.describe());
-                self.sink.error(
-                    Problem::new("scene::bad_value", param.span, message)
-                        .help("expected one of them"),
-                );
+                let problem = Problem::new("scene::bad_value", param.span, message);
+                self.sink.error(problem.help("expected one of them"));
                 props.ignore(&["specular"]);
             }
             let eta = props.float_where("eta", 1.5, |eta| eta > 0.0, "positive");

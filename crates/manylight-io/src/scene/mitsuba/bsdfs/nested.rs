@@ -1,11 +1,11 @@
 //! BSDF plugins that modify or combine nested bsdfs.
 
+use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::sink::Problem;
-use super::super::DescBuilder;
-use super::super::object::{ObjectId, PluginFamily};
+use super::super::builder::{DescBuilder, PlainMaterial};
+use super::super::family::PluginFamily;
 use super::super::props::Props;
-use super::super::values::Value;
-use super::PlainMaterial;
+use super::super::values::{ObjectId, Value};
 use manylight::bsdf::{Bitangent, Material};
 use manylight::ids::MaterialId;
 use manylight::texture::FloatInput;
@@ -24,18 +24,15 @@ impl DescBuilder<'_> {
 
     /// Reports a wrong number of nested objects.
     fn report_count(&self, props: &Props<'_>, expected: &str) {
-        if props.is_broken() {
-            return;
+        if !props.is_broken() {
+            let message = format!("{} needs {expected}", props.describe());
+            self.sink
+                .error_at("scene::missing_object", props.span(), message);
         }
-        let message = format!("{} needs {expected}", props.describe());
-        self.sink
-            .error(Problem::new("scene::missing_object", props.span(), message));
     }
 
     pub(super) fn blend(&mut self, props: &Props<'_>) -> Material {
-        if !props.has("weight") {
-            props.missing("weight");
-        }
+        props.require("weight");
         let weight = self.float_input(props, "weight", 0.5);
         let inner = props.objects(PluginFamily::Bsdf);
         let &[(first, _), (second, _)] = inner.as_slice() else {
@@ -64,10 +61,8 @@ impl DescBuilder<'_> {
                     self.props(*id).describe()
                 );
                 let problem = Problem::new("scene::transmission_in_twosided", param.span, message);
-                self.sink.error(
-                    problem
-                        .help("remove `twosided`: transmitting materials already have two sides"),
-                );
+                let help = "remove `twosided`: transmitting materials already have two sides";
+                self.sink.error(problem.help(help));
             }
         }
         Material::TwoSided {

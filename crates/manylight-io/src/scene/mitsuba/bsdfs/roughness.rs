@@ -1,7 +1,7 @@
 //! Microfacet roughness.
 
-use super::super::super::sink::Problem;
-use super::super::DescBuilder;
+use super::super::super::parameters::{Numbers, Parameters};
+use super::super::builder::DescBuilder;
 use super::super::props::Props;
 use manylight::bsdf::material::{Distribution, Roughness};
 
@@ -12,14 +12,11 @@ impl DescBuilder<'_> {
             && let Some(text) = props.string("distribution")
             && matches!(text.value.as_str(), "phong" | "as")
         {
-            let message = format!(
-                "distribution `{}` is not supported; it is replaced by `beckmann`",
-                text.value
-            );
-            self.sink.warn_once(
-                format!("distribution {}", text.value),
-                Problem::new("scene::unsupported", text.span, message),
-            );
+            let name = &text.value;
+            let message =
+                format!("distribution `{name}` is not supported; it is replaced by `beckmann`");
+            self.sink
+                .unsupported(format!("distribution {name}"), text.span, message);
             return Distribution::Beckmann;
         }
         let choices = [

@@ -1,10 +1,11 @@
 //! Values that are colors or spectra.
 
 use super::super::super::files::find_file;
-use super::super::super::sink::{Problem, Sink};
-use super::super::xml::{Text, XmlElement};
-use super::{Spectrum, Value, bad_value, number, numbers, parse_finite, tokens};
-use crate::spectra::read_spectrum;
+use super::super::super::sink::{Problem, Sink, Text};
+use super::super::xml::XmlElement;
+use super::numbers::{bad_value, number, numbers, parse_finite, tokens};
+use super::value::{Spectrum, Value};
+use crate::spectra::{is_spectrum, read_spectrum};
 
 /// `<rgb>` or `<srgb>`: one or three numbers, or `#rrggbb`. sRGB is converted to linear.
 pub(super) fn rgb(sink: &Sink, element: &XmlElement) -> Option<Value> {
@@ -50,11 +51,7 @@ pub(super) fn spectrum(sink: &Sink, element: &XmlElement) -> Option<Value> {
         (None, Some(name)) => return spectrum_file(sink, element, name).map(Value::Spectrum),
         _ => {
             let message = "<spectrum> needs either `value` or `filename`";
-            sink.error(Problem::new(
-                "scene::missing_attribute",
-                element.tag.span,
-                message,
-            ));
+            sink.error_at("scene::missing_attribute", element.tag.span, message);
             return None;
         }
     };
@@ -86,8 +83,7 @@ fn wavelength_pairs(text: &str) -> Option<Vec<(f32, f32)>> {
         ))
     };
     let samples: Vec<(f32, f32)> = tokens(&text).into_iter().map(pair).collect::<Option<_>>()?;
-    let increasing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
-    (increasing && !samples.is_empty()).then_some(samples)
+    is_spectrum(&samples).then_some(samples)
 }
 
 fn spectrum_file(sink: &Sink, element: &XmlElement, name: &Text) -> Option<Spectrum> {
@@ -96,11 +92,8 @@ fn spectrum_file(sink: &Sink, element: &XmlElement, name: &Text) -> Option<Spect
     match read_spectrum(&path) {
         Ok(samples) => Some(Spectrum::Sampled(samples)),
         Err(error) => {
-            let problem = Problem::new(
-                "scene::broken_file",
-                name.span,
-                format!("cannot use the spectrum file {error}"),
-            );
+            let message = format!("cannot use the spectrum file {error}");
+            let problem = Problem::new("scene::broken_file", name.span, message);
             sink.error(problem.label("this spectrum file"));
             None
         }

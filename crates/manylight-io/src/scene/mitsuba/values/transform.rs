@@ -1,10 +1,13 @@
 //! Values that are transforms.
 
-use super::super::super::sink::{Problem, Sink};
-use super::super::xml::{Dialect, Text, XmlElement};
-use super::{STEP_TAGS, number, numbers, vector};
-use crate::resolve::similar;
+use super::super::super::sink::{Problem, Sink, Text};
+use super::super::xml::{Dialect, XmlElement};
+use super::numbers::{number, numbers, vector};
+use crate::suggest::similar;
 use glam::{DMat3, DMat4, DVec3, DVec4};
+
+/// Tags of the elements in `<transform>`.
+pub(super) const STEP_TAGS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
 /// The matrix of a `<transform>`: its steps in order, the first applied first.
 pub(super) fn matrix_of(sink: &Sink, element: &XmlElement) -> Option<DMat4> {
@@ -51,10 +54,8 @@ fn rotation(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     let angle = number(sink, step.required(sink, "angle")?)?;
     if axis == DVec3::ZERO {
         let message = "the axis of this rotation is zero";
-        sink.error(
-            Problem::new("scene::bad_value", step.tag.span, message)
-                .help("expected a nonzero axis, for example `y=\"1\"`"),
-        );
+        let problem = Problem::new("scene::bad_value", step.tag.span, message);
+        sink.error(problem.help("expected a nonzero axis, for example `y=\"1\"`"));
         return None;
     }
     Some(match step.dialect {
@@ -73,11 +74,9 @@ fn warn_unless_unit(sink: &Sink, step: &XmlElement, axis: DVec3) {
     let length = axis.length();
     if (length - 1.0).abs() > TOLERANCE {
         let message = format!("the axis of this rotation has length {length:.3}, not 1");
-        sink.warn(
-            Problem::new("scene::axis_length", step.tag.span, message).help(
-                "as in Mitsuba 3, the axis is not normalized, so the transform is not a rotation",
-            ),
-        );
+        let help =
+            "as in Mitsuba 3, the axis is not normalized, so the transform is not a rotation";
+        sink.warn(Problem::new("scene::axis_length", step.tag.span, message).help(help));
     }
 }
 
@@ -138,7 +137,7 @@ fn matrix(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     if result.row(3) != DVec4::W {
         let message =
             "the last row of the matrix is not `0 0 0 1`; projective transforms are not supported";
-        sink.error(Problem::new("scene::bad_value", text.span, message));
+        sink.error_at("scene::bad_value", text.span, message);
         return None;
     }
     Some(result)

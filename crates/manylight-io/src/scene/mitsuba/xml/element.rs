@@ -1,7 +1,7 @@
 //! XML elements with source spans.
 
 use super::super::super::sink::{Problem, Sink, Text};
-use crate::resolve::similar;
+use crate::suggest::one_of;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -45,10 +45,8 @@ impl XmlElement {
         let found = self.attribute(name);
         if found.is_none() {
             let message = format!("<{}> needs the attribute `{name}`", self.tag.value);
-            sink.error(
-                Problem::new("scene::missing_attribute", self.tag.span, message)
-                    .label("in this element"),
-            );
+            let problem = Problem::new("scene::missing_attribute", self.tag.span, message);
+            sink.error(problem.label("in this element"));
         }
         found
     }
@@ -60,14 +58,9 @@ impl XmlElement {
             if known.contains(&name) {
                 continue;
             }
-            let help = match similar(name, known.iter().copied()) {
-                Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!("expected one of {}", known.join(", ")),
-            };
             let message = format!("<{}> has no attribute `{name}`", self.tag.value);
-            sink.error(
-                Problem::new("scene::unknown_attribute", attribute.name.span, message).help(help),
-            );
+            let problem = Problem::new("scene::unknown_attribute", attribute.name.span, message);
+            sink.error(problem.help(one_of(name, known.iter().copied())));
         }
     }
 }

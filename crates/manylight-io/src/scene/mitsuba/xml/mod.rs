@@ -4,13 +4,12 @@
 mod element;
 mod parameters;
 
-pub(super) use super::super::sink::Text;
 pub(super) use element::{Dialect, XmlElement};
 
 use super::super::expansion::Expansion;
 use super::super::files::{find_file, identity};
-use super::super::sink::{FileSpan, Problem, Sink};
-use super::object::PluginFamily;
+use super::super::sink::{FileSpan, Problem, Sink, Text};
+use super::family::PluginFamily;
 use crate::read::read_regular;
 use crate::resolve::resolve;
 use element::Attribute;
@@ -108,13 +107,8 @@ impl TreeReader<'_> {
             }
         };
         let mut folders = vec![path.parent().map_or_else(PathBuf::new, Path::to_owned)];
-        folders.extend(
-            outer
-                .iter()
-                .filter(|folder| **folder != folders[0])
-                .cloned()
-                .collect::<Vec<_>>(),
-        );
+        let own = folders[0].clone();
+        folders.extend(outer.iter().filter(|folder| **folder != own).cloned());
         let root = document.root_element();
         let mut file = FileContext {
             index,
@@ -147,27 +141,19 @@ impl TreeReader<'_> {
         };
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message).to_owned();
-        self.sink.error(
-            Problem::new(
-                "scene::malformed_xml",
-                span,
-                format!("malformed XML: {message}"),
-            )
-            .label("here"),
-        );
+        let message = format!("malformed XML: {message}");
+        let problem = Problem::new("scene::malformed_xml", span, message);
+        self.sink.error(problem.label("here"));
     }
 
     fn dialect(&self, root: Node<'_, '_>, file: &FileContext) -> Dialect {
         let tag = file.span(tag_range(root));
         let Some(version) = root.attribute_node("version") else {
-            self.sink.error(
-                Problem::new(
-                    "scene::missing_version",
-                    tag,
-                    format!("<{}> needs the attribute `version`", root.tag_name().name()),
-                )
-                .help("expected for example `<scene version=\"3.0.0\">`"),
-            );
+            let name = root.tag_name().name();
+            let message = format!("<{name}> needs the attribute `version`");
+            let problem = Problem::new("scene::missing_version", tag, message);
+            let help = "expected for example `<scene version=\"3.0.0\">`";
+            self.sink.error(problem.help(help));
             return Dialect::V3;
         };
         match version
@@ -180,14 +166,11 @@ impl TreeReader<'_> {
             Some(_) => Dialect::V3,
             None => {
                 let at = file.span(version.range_value());
-                self.sink.error(
-                    Problem::new(
-                        "scene::bad_version",
-                        at,
-                        format!("found the version `{}`, expected a number", version.value()),
-                    )
-                    .help("expected for example `3.0.0`"),
-                );
+                let found = version.value();
+                let message = format!("found the version `{found}`, expected a number");
+                let problem = Problem::new("scene::bad_version", at, message);
+                self.sink
+                    .error(problem.help("expected for example `3.0.0`"));
                 Dialect::V3
             }
         }
@@ -210,7 +193,7 @@ impl TreeReader<'_> {
         if self.nesting == MAX_NESTING {
             let message = format!("elements are nested more than {MAX_NESTING} deep");
             self.sink
-                .error(Problem::new("scene::too_deep", element.tag.span, message));
+                .error_at("scene::too_deep", element.tag.span, message);
             return None;
         }
         self.nesting += 1;
@@ -290,10 +273,9 @@ impl TreeReader<'_> {
         let range = node.range();
         let start = range.start + lead;
         let at = file.span(start..(start + text.trim().len()).min(range.end));
-        self.sink.error(
-            Problem::new("scene::stray_text", at, "unexpected text between elements")
-                .help("expected values in attributes, and comments in <!-- ... -->"),
-        );
+        let problem = Problem::new("scene::stray_text", at, "unexpected text between elements");
+        let help = "expected values in attributes, and comments in <!-- ... -->";
+        self.sink.error(problem.help(help));
     }
 
     /// `<default>`: defines a parameter.
@@ -315,14 +297,11 @@ impl TreeReader<'_> {
                 let folders = std::iter::once(found.path).chain(file.folders.iter().cloned());
                 file.folders = folders.collect();
             }
-            None => self.sink.error(
-                Problem::new(
-                    "scene::missing_file",
-                    value.span,
-                    format!("the folder `{}` does not exist", value.value),
-                )
-                .label("not found"),
-            ),
+            None => {
+                let message = format!("the folder `{}` does not exist", value.value);
+                let problem = Problem::new("scene::missing_file", value.span, message);
+                self.sink.error(problem.label("not found"));
+            }
         }
     }
 
@@ -337,8 +316,8 @@ impl TreeReader<'_> {
         };
         if file.depth >= MAX_INCLUDE_DEPTH {
             let message = format!("included files are nested more than {MAX_INCLUDE_DEPTH} deep");
-            let problem = Problem::new("scene::include_depth", name.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::include_depth", name.span, message);
             return Vec::new();
         }
         let Some(found) = find_file(self.sink, &file.folders, name, "included file") else {
@@ -347,8 +326,8 @@ impl TreeReader<'_> {
         let identity = identity(&found);
         if self.open_files.contains(&identity) {
             let message = format!("the file `{}` includes itself", name.value);
-            let problem = Problem::new("scene::circular_reference", name.span, message);
-            self.sink.error(problem);
+            self.sink
+                .error_at("scene::circular_reference", name.span, message);
             return Vec::new();
         }
         let text = match read_text(&found) {

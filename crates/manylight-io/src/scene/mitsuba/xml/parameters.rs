@@ -1,8 +1,8 @@
 //! The `$name` parameters of a scene.
 
 use super::super::super::sink::{FileSpan, Problem, Sink};
-use crate::error::{Diagnostic, LoadErrorKind, Severity};
-use crate::resolve::similar;
+use crate::error::LoadErrorKind;
+use crate::suggest::{one_of, similar};
 
 /// Where the value of a parameter is defined.
 #[derive(PartialEq, Eq)]
@@ -91,11 +91,8 @@ impl Parameters {
             ),
         };
         let message = format!("the parameter `${name}` is not defined");
-        sink.error(
-            Problem::new("scene::undefined_parameter", span, message)
-                .label("not defined")
-                .help(help),
-        );
+        let problem = Problem::new("scene::undefined_parameter", span, message);
+        sink.error(problem.label("not defined").help(help));
     }
 
     /// Reports the caller's parameters that the scene does not mention.
@@ -106,19 +103,13 @@ impl Parameters {
             .partition(|p| p.definition == Definition::Caller { used: false });
         let known: Vec<&str> = known.iter().map(|p| p.name.as_str()).collect();
         for Parameter { name, value, .. } in unused {
-            let help = match (similar(name, known.iter().copied()), known.is_empty()) {
-                (Some(similar), _) => format!("did you mean `{similar}`?"),
-                (None, true) => "the scene has no parameters".to_owned(),
-                (None, false) => format!("expected one of {}", known.join(", ")),
+            let help = match known.as_slice() {
+                [] => "the scene has no parameters".to_owned(),
+                known => one_of(name, known.iter().copied()),
             };
-            sink.report(Diagnostic {
-                severity: Severity::Error,
-                kind: LoadErrorKind::Scene,
-                code: "scene::unknown_parameter",
-                message: format!("`-D {name}={value}`: the scene does not use `${name}`"),
-                location: None,
-                help: Some(help),
-            });
+            let message = format!("`-D {name}={value}`: the scene does not use `${name}`");
+            let code = "scene::unknown_parameter";
+            sink.file_error(code, message, Some(help), LoadErrorKind::Scene);
         }
     }
 }

@@ -1,18 +1,19 @@
 //! Emitting surfaces.
 
 use super::super::super::assets::Decode;
-use super::super::super::files::find_external_file;
-use super::super::Builder;
+use super::super::super::description::{Additions, bitmap, flip_v, set_image};
+use super::super::super::parameters::{Numbers, Parameters};
+use super::super::builder::Builder;
 use super::super::entities::{Entity, ShapeEntity};
 use crate::image::Transfer;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::geometry::Shape;
-use manylight::ids::{EmitterId, ShapeId, TextureId};
+use manylight::ids::{EmitterId, ShapeId};
 use manylight::image::Image;
-use manylight::math::{Affine3A, Mat3, Vec3};
+use manylight::math::Affine3A;
 use manylight::scene::SceneDesc;
-use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, Wrap};
+use manylight::texture::{ColorInput, Filtering, Texture, Wrap};
 use std::f32::consts::PI;
 
 /// An emitter of a surface.
@@ -27,7 +28,7 @@ impl Builder<'_> {
     /// The emitter of a shape that is already in the description.
     pub(in super::super) fn area_light(
         &mut self,
-        shape: &ShapeEntity,
+        shape: &ShapeEntity<'_>,
         geometry: ShapeId,
         world_from_object: &Affine3A,
     ) -> Option<AreaLight> {
@@ -39,10 +40,10 @@ impl Builder<'_> {
             params.ignore_all();
             return None;
         }
-        let two_sided = params.boolean(self.sink, "twosided", false);
-        let power = params.maybe_float(self.sink, "power");
+        let two_sided = params.boolean("twosided", false);
+        let power = params.maybe_float("power");
         let radiance = self.radiance(entity);
-        let emitter = self.add_emitter(Emitter::Area { radiance });
+        let emitter = self.desc.add(Emitter::Area { radiance });
         if let Some(power) = power.filter(|power| *power > 0.0) {
             let world = *world_from_object;
             let sides = if two_sided { 2.0 } else { 1.0 };
@@ -50,37 +51,28 @@ impl Builder<'_> {
                 set_power(desc, emitter, geometry, &world, power / sides);
             });
         }
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         Some(AreaLight { emitter, two_sided })
     }
 
     /// The radiance `L`, or that of an image.
-    fn radiance(&mut self, entity: &Entity) -> ColorInput {
+    fn radiance(&mut self, entity: &Entity<'_>) -> ColorInput {
         let params = &entity.params;
-        let Some(name) = params.string(self.sink, "filename") else {
+        let Some(name) = params.string("filename") else {
             return ColorInput::Constant(self.emission(entity, "L"));
         };
-        let Some(path) = find_external_file(self.sink, &entity.folders, name, "image of a light")
-        else {
+        let Some(path) = entity.find_file(name, "image of a light") else {
             return ColorInput::Constant(Rgb::WHITE);
         };
-        let scale = self.emission_scale(entity);
-        self.desc.textures.push(Texture::Bitmap(Bitmap {
-            image: Image::default(),
-            filtering: Filtering::Nearest,
-            wrap: [Wrap::Clamp; 2],
-            uv_transform: Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0)),
-        }));
-        let texture = TextureId::from(self.desc.textures.len() - 1);
+        let scale = self.emission_scale(entity).luminance();
+        let bitmap = bitmap(Filtering::Nearest, [Wrap::Clamp; 2], flip_v());
+        let texture = self.desc.add(bitmap);
         let store = move |desc: &mut SceneDesc, mut image: Image| {
-            image.data.iter_mut().for_each(|v| *v *= scale.luminance());
-            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-                bitmap.image = image;
-            }
+            image.data.iter_mut().for_each(|v| *v *= scale);
+            set_image(&mut desc.textures, texture, image);
         };
         let decode = Decode::Color(Transfer::Auto);
-        self.assets
-            .add_image_use(path, decode, name.span, Box::new(store));
+        self.assets.add_image_use(path, decode, name.span, store);
         ColorInput::Texture(texture)
     }
 }

@@ -1,11 +1,12 @@
 //! Infinite lights: constant ones and environment maps.
 
-use super::super::super::assets::{Decode, pick};
-use super::super::super::files::find_external_file;
+use super::super::super::assets::Decode;
+use super::super::super::description::{Additions, rotation, set_environment};
+use super::super::super::parameters::{Numbers, Parameters};
+use super::super::super::pixels::three_channels;
 use super::super::super::sink::Problem;
-use super::super::Builder;
+use super::super::builder::Builder;
 use super::super::entities::Entity;
-use super::rotation;
 use crate::image::Transfer;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment};
@@ -22,15 +23,11 @@ use std::rc::Rc;
 const PBRT_FROM_EMITTER: Mat3 = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::NEG_X);
 
 impl Builder<'_> {
-    pub(super) fn infinite(&mut self, entity: &Entity) {
+    pub(super) fn infinite(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         // A portal guides sampling and does not change the converged image of what is visible through it.
         params.ignore(&["portal"]);
-        let file = if params.has("mapname") {
-            params.string(self.sink, "mapname")
-        } else {
-            params.string(self.sink, "filename")
-        };
+        let file = params.string(Self::map_parameter(entity));
         let Some(name) = file.filter(|name| !name.value.is_empty()) else {
             self.constant_environment(entity);
             return;
@@ -40,13 +37,12 @@ impl Builder<'_> {
         } else {
             self.emission_scale(entity)
         };
-        let illuminance = params.maybe_float(self.sink, "illuminance");
-        let Some(path) = find_external_file(self.sink, &entity.folders, name, "environment map")
-        else {
+        let illuminance = params.maybe_float("illuminance");
+        let Some(path) = entity.find_file(name, "environment map") else {
             return;
         };
-        let world_from_light = rotation(&self.world_from(entity));
-        let emitter = self.add_emitter(Emitter::Environment(Environment {
+        let world_from_light = rotation(self.world_from(entity).matrix3.into());
+        let emitter = self.desc.add(Emitter::Environment(Environment {
             image: Image::default(),
             scale: 1.0,
             world_from_emitter: world_from_light * PBRT_FROM_EMITTER,
@@ -57,30 +53,20 @@ impl Builder<'_> {
             self.square_maps.push((name.span, Rc::clone(&size)));
         }
         let store = move |desc: &mut SceneDesc, image: Image| {
-            let image = pick(
-                &image,
-                if image.channels < 3 {
-                    &[0, 0, 0]
-                } else {
-                    &[0, 1, 2]
-                },
-            );
+            let image = three_channels(&image);
             size.set([image.width, image.height]);
             let map = environment_map(image, is_v3, illuminance, tint);
-            if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
-                environment.image = map;
-            }
+            set_environment(desc, emitter, map);
         };
         let decode = Decode::Color(Transfer::Auto);
-        self.assets
-            .add_image_use(path, decode, name.span, Box::new(store));
+        self.assets.add_image_use(path, decode, name.span, store);
     }
 
-    fn constant_environment(&mut self, entity: &Entity) {
+    fn constant_environment(&mut self, entity: &Entity<'_>) {
         let radiance = self.emission(entity, "L");
         // The illuminance of a hemisphere of radiance 1.
         let factor = self.power_factor(entity, "illuminance", PI);
-        self.add_emitter(Emitter::Constant {
+        self.desc.add(Emitter::Constant {
             radiance: radiance * factor,
         });
     }
@@ -126,23 +112,6 @@ fn tint_image(image: &mut Image, tint: Rgb) {
             *value *= factor;
         }
     }
-}
-
-/// The direction (z up) of a point of the square under the equal-area octahedral map. Source: Clarberg 2008.
-#[cfg(test)]
-fn direction_from_square(uv: Vec2) -> Vec3 {
-    let p = uv * 2.0 - Vec2::ONE;
-    let (u, v) = (p.x.abs(), p.y.abs());
-    let distance = 1.0 - (u + v);
-    let r = 1.0 - distance.abs();
-    let phi = if r == 0.0 { 1.0 } else { (v - u) / r + 1.0 } * std::f32::consts::FRAC_PI_4;
-    let ring = r * (2.0 - r * r).max(0.0).sqrt();
-    let z = (1.0 - r * r).copysign(distance);
-    Vec3::new(
-        phi.cos().copysign(p.x) * ring,
-        phi.sin().copysign(p.y) * ring,
-        z,
-    )
 }
 
 /// An azimuth, as the equal-area octahedral map needs it: mirrored into the first quadrant.
@@ -262,6 +231,22 @@ fn upward_illuminance(map: &Image) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The direction (z up) of a point of the square under the equal-area octahedral map. Source: Clarberg 2008.
+    fn direction_from_square(uv: Vec2) -> Vec3 {
+        let p = uv * 2.0 - Vec2::ONE;
+        let (u, v) = (p.x.abs(), p.y.abs());
+        let distance = 1.0 - (u + v);
+        let r = 1.0 - distance.abs();
+        let phi = if r == 0.0 { 1.0 } else { (v - u) / r + 1.0 } * std::f32::consts::FRAC_PI_4;
+        let ring = r * (2.0 - r * r).max(0.0).sqrt();
+        let z = (1.0 - r * r).copysign(distance);
+        Vec3::new(
+            phi.cos().copysign(p.x) * ring,
+            phi.sin().copysign(p.y) * ring,
+            z,
+        )
+    }
 
     #[test]
     fn the_square_and_the_sphere_correspond() {

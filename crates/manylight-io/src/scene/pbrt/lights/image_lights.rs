@@ -1,11 +1,12 @@
 //! Point lights whose intensity is an image.
 
 use super::super::super::assets::Decode;
-use super::super::super::files::find_external_file;
-use super::super::Builder;
+use super::super::super::description::{Additions, bitmap, rotation, set_image};
+use super::super::super::parameters::{Numbers, Parameters};
+use super::super::super::pixels::{luminance, pick};
+use super::super::builder::Builder;
 use super::super::entities::Entity;
 use super::environment::latitude_longitude;
-use super::rotation;
 use crate::image::Transfer;
 use manylight::emitters::{Emitter, ProjectorTexture, SpotFalloff};
 use manylight::ids::{EmitterId, TextureId};
@@ -17,41 +18,31 @@ use std::f32::consts::PI;
 
 impl Builder<'_> {
     /// A point light with an intensity by direction. PBRT turns its map's z axis to y.
-    pub(super) fn goniometric(&mut self, entity: &Entity) {
+    pub(super) fn goniometric(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         let intensity = self.emission(entity, "I");
-        let power = params.maybe_float(self.sink, "power");
+        let power = params.maybe_float("power");
         let world = self.world_from(entity);
         let position = world.translation.into();
-        let file = if params.has("mapname") {
-            "mapname"
-        } else {
-            "filename"
-        };
-        let Some(name) = params.string(self.sink, file) else {
+        let Some(name) = params.string(Self::map_parameter(entity)) else {
             let factor = power.map_or(1.0, |power| power / (4.0 * PI));
-            self.add_emitter(Emitter::Point {
+            self.desc.add(Emitter::Point {
                 position,
                 intensity: intensity * factor,
             });
             return;
         };
-        let Some(path) = find_external_file(self.sink, &entity.folders, name, "intensity map")
-        else {
+        let Some(path) = entity.find_file(name, "intensity map") else {
             return;
         };
-        self.desc.textures.push(Texture::Bitmap(Bitmap {
-            image: Image::default(),
-            filtering: Filtering::Bilinear,
-            wrap: [Wrap::Repeat, Wrap::Clamp],
-            uv_transform: Mat3::IDENTITY,
-        }));
-        let distribution = TextureId::from(self.desc.textures.len() - 1);
+        let wrap = [Wrap::Repeat, Wrap::Clamp];
+        let map = bitmap(Filtering::Bilinear, wrap, Mat3::IDENTITY);
+        let distribution = self.desc.add(map);
         let map_from_local = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
-        let emitter = self.add_emitter(Emitter::Goniometric {
+        let emitter = self.desc.add(Emitter::Goniometric {
             position,
             intensity,
-            emitter_from_world: map_from_local * rotation(&world).transpose(),
+            emitter_from_world: map_from_local * rotation(world.matrix3.into()).transpose(),
             distribution,
         });
         let is_v3 = self.is_v3;
@@ -67,39 +58,27 @@ impl Builder<'_> {
             }
         };
         let decode = Decode::Color(Transfer::Auto);
-        self.assets
-            .add_image_use(path, decode, name.span, Box::new(store));
+        self.assets.add_image_use(path, decode, name.span, store);
     }
 
     /// A spot light that projects an image.
-    pub(super) fn projection(&mut self, entity: &Entity) {
+    pub(super) fn projection(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         let intensity = self.emission(entity, "I");
         let inside = |angle| angle > 0.0 && angle < 180.0;
-        let fov = params.float_where(self.sink, "fov", 90.0, inside, "in (0, 180)");
-        let power = params.maybe_float(self.sink, "power");
-        let file = if params.has("mapname") {
-            "mapname"
-        } else {
-            "filename"
-        };
-        let Some(name) = params.required_string(self.sink, file) else {
+        let fov = params.float_where("fov", 90.0, inside, "in (0, 180)");
+        let power = params.maybe_float("power");
+        let Some(name) = params.required_string(Self::map_parameter(entity)) else {
             return;
         };
-        let Some(path) = find_external_file(self.sink, &entity.folders, name, "projected image")
-        else {
+        let Some(path) = entity.find_file(name, "projected image") else {
             return;
         };
         let world = self.world_from(entity);
-        let axes = rotation(&world);
-        self.desc.textures.push(Texture::Bitmap(Bitmap {
-            image: Image::default(),
-            filtering: Filtering::Nearest,
-            wrap: [Wrap::Clamp; 2],
-            uv_transform: Mat3::IDENTITY,
-        }));
-        let texture = TextureId::from(self.desc.textures.len() - 1);
-        let emitter = self.add_emitter(Emitter::Spot {
+        let axes = rotation(world.matrix3.into());
+        let slide = bitmap(Filtering::Nearest, [Wrap::Clamp; 2], Mat3::IDENTITY);
+        let texture = self.desc.add(slide);
+        let emitter = self.desc.add(Emitter::Spot {
             position: world.translation.into(),
             direction: axes.z_axis,
             intensity,
@@ -118,8 +97,7 @@ impl Builder<'_> {
             slide.store(desc, emitter, texture, power);
         };
         let decode = Decode::Color(Transfer::Auto);
-        self.assets
-            .add_image_use(path, decode, name.span, Box::new(store));
+        self.assets.add_image_use(path, decode, name.span, store);
     }
 }
 
@@ -135,15 +113,7 @@ struct Photometry {
 impl Photometry {
     /// PBRT v4 has equal-area octahedral maps, PBRT v3 latitude-longitude maps. Colors count by their luminance.
     fn new(file: &Image, is_v3: bool) -> Self {
-        let gray = Image {
-            width: file.width,
-            height: file.height,
-            channels: 3,
-            data: (0..file.height)
-                .flat_map(|y| (0..file.width).map(move |x| (x, y)))
-                .flat_map(|(x, y)| [file.rgb(x, y).luminance(); 3])
-                .collect(),
-        };
+        let gray = pick(&luminance(file, |v| v), &[0; 3]);
         let mean = gray.data.iter().sum::<f32>() / gray.data.len().max(1) as f32;
         let has_poles = !is_v3 && file.width == file.height;
         Photometry {
@@ -209,9 +179,7 @@ impl Slide {
                 *intensity *= power / self.luminous_power();
             }
         }
-        if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-            bitmap.image = self.image;
-        }
+        set_image(&mut desc.textures, texture, self.image);
     }
 
     /// Luminous power of the intensity that the image gives.

@@ -4,12 +4,14 @@ mod area;
 mod environment;
 mod image_lights;
 
-use super::Builder;
+use super::super::description::Additions;
+use super::super::parameters::{Numbers, Parameters};
+use super::builder::Builder;
 use super::entities::Entity;
+use super::param_types::ParamType;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
-use manylight::ids::EmitterId;
-use manylight::math::{Affine3A, Mat3, Vec3};
+use manylight::math::Vec3;
 use std::f32::consts::{PI, TAU};
 
 pub(super) const SUPPORTED: &[&str] = &[
@@ -26,13 +28,8 @@ pub(super) const SUPPORTED: &[&str] = &[
 const SAMPLING_PARAMETERS: &[&str] = &["nsamples", "samples", "id"];
 
 impl Builder<'_> {
-    pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
-        self.desc.emitters.push(emitter);
-        EmitterId::from(self.desc.emitters.len() - 1)
-    }
-
     /// Adds a light that is not a surface.
-    pub(super) fn light(&mut self, entity: &Entity) {
+    pub(super) fn light(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         params.ignore(SAMPLING_PARAMETERS);
         match params.plugin.value.as_str() {
@@ -48,65 +45,66 @@ impl Builder<'_> {
                 params.ignore_all();
             }
         }
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
     }
 
     /// The color `name` of a light, white by default, times its scale and that of the film.
-    fn emission(&mut self, entity: &Entity, name: &'static str) -> Rgb {
-        let color_use = self.emission_use();
-        let color = self.color(entity, name, color_use).unwrap_or(Rgb::WHITE);
-        color * self.emission_scale(entity)
+    fn emission(&mut self, entity: &Entity<'_>, name: &'static str) -> Rgb {
+        let color = entity.color(name, self.emission_use());
+        color.unwrap_or(Rgb::WHITE) * self.emission_scale(entity)
     }
 
     /// The parameter `scale`, a number, or a color in PBRT v3, times the scale of the film.
-    fn emission_scale(&mut self, entity: &Entity) -> Rgb {
-        let scale = self.color_of_scale(entity);
+    fn emission_scale(&mut self, entity: &Entity<'_>) -> Rgb {
+        let params = &entity.params;
+        let scale = match params.get("scale").map(|param| param.ty) {
+            None => Rgb::WHITE,
+            Some(ParamType::Float) => Rgb::splat(params.float("scale", 1.0)),
+            Some(_) => {
+                let color = entity.color("scale", self.emission_use());
+                color.unwrap_or(Rgb::WHITE)
+            }
+        };
         scale * self.film_scale
     }
 
-    fn color_of_scale(&mut self, entity: &Entity) -> Rgb {
-        let params = &entity.params;
-        match params.get("scale").map(|param| param.ty) {
-            None => Rgb::WHITE,
-            Some(super::param_types::ParamType::Float) => {
-                Rgb::splat(params.float(self.sink, "scale", 1.0))
-            }
-            Some(_) => {
-                let color_use = self.emission_use();
-                self.color(entity, "scale", color_use).unwrap_or(Rgb::WHITE)
-            }
-        }
-    }
-
     /// The factor by which `power` scales a light that emits `unscaled` (a luminous quantity) without it.
-    fn power_factor(&self, entity: &Entity, name: &'static str, unscaled: f32) -> f32 {
-        match entity.params.maybe_float(self.sink, name) {
+    fn power_factor(&self, entity: &Entity<'_>, name: &'static str, unscaled: f32) -> f32 {
+        match entity.params.maybe_float(name) {
             Some(power) if power > 0.0 && unscaled > 0.0 => power / unscaled,
             _ => 1.0,
         }
     }
 
-    fn point(&mut self, entity: &Entity) {
+    /// The name of the image of a light, which is `mapname` in PBRT v3.
+    fn map_parameter(entity: &Entity<'_>) -> &'static str {
+        if entity.params.has("mapname") {
+            "mapname"
+        } else {
+            "filename"
+        }
+    }
+
+    fn point(&mut self, entity: &Entity<'_>) {
         let intensity = self.emission(entity, "I");
-        let from = entity.params.point3(self.sink, "from", Vec3::ZERO);
+        let from = entity.params.point3("from", Vec3::ZERO);
         // The luminous power of an intensity of 1.
         let factor = self.power_factor(entity, "power", 4.0 * PI);
         let position = self.world_from(entity).transform_point3(from);
-        self.add_emitter(Emitter::Point {
+        self.desc.add(Emitter::Point {
             position,
             intensity: intensity * factor,
         });
     }
 
-    fn spot(&mut self, entity: &Entity) {
+    fn spot(&mut self, entity: &Entity<'_>) {
         let intensity = self.emission(entity, "I");
         let params = &entity.params;
-        let from = params.point3(self.sink, "from", Vec3::ZERO);
-        let to = params.point3(self.sink, "to", Vec3::Z);
+        let from = params.point3("from", Vec3::ZERO);
+        let to = params.point3("to", Vec3::Z);
         let inside = |angle| angle > 0.0 && angle <= 90.0;
-        let cone = params.float_where(self.sink, "coneangle", 30.0, inside, "in (0, 90]");
+        let cone = params.float_where("coneangle", 30.0, inside, "in (0, 90]");
         let delta = params.float_where(
-            self.sink,
             "conedeltaangle",
             5.0f32.min(cone),
             |angle| angle >= 0.0,
@@ -114,7 +112,7 @@ impl Builder<'_> {
         );
         let world = self.world_from(entity);
         let Some(direction) = world.transform_vector3(to - from).try_normalize() else {
-            params.refuse_pair(self.sink, "from", "to");
+            params.refuse_pair("from", "to");
             return;
         };
         let cutoff = cone.to_radians();
@@ -122,7 +120,7 @@ impl Builder<'_> {
         // Solid angle of the beam, and half of that of the falloff.
         let solid_angle = TAU * (1.0 - 0.5 * (cutoff.cos() + beam_width.cos()));
         let factor = self.power_factor(entity, "power", solid_angle);
-        self.add_emitter(Emitter::Spot {
+        self.desc.add(Emitter::Spot {
             position: world.transform_point3(from),
             direction,
             intensity: intensity * factor,
@@ -133,27 +131,20 @@ impl Builder<'_> {
         });
     }
 
-    fn distant(&mut self, entity: &Entity) {
+    fn distant(&mut self, entity: &Entity<'_>) {
         let irradiance = self.emission(entity, "L");
         let params = &entity.params;
-        let from = params.point3(self.sink, "from", Vec3::ZERO);
-        let to = params.point3(self.sink, "to", Vec3::Z);
+        let from = params.point3("from", Vec3::ZERO);
+        let to = params.point3("to", Vec3::Z);
         let factor = self.power_factor(entity, "illuminance", 1.0);
         let direction = self.world_from(entity).transform_vector3(to - from);
         let Some(direction) = direction.try_normalize() else {
-            params.refuse_pair(self.sink, "from", "to");
+            params.refuse_pair("from", "to");
             return;
         };
-        self.add_emitter(Emitter::Directional {
+        self.desc.add(Emitter::Directional {
             direction,
             irradiance: irradiance * factor,
         });
     }
-}
-
-/// The normalized axes of a transform.
-fn rotation(transform: &Affine3A) -> Mat3 {
-    let m = transform.matrix3;
-    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| Vec3::from(axis).normalize_or_zero());
-    Mat3::from_cols(x, y, z)
 }

@@ -1,10 +1,10 @@
 //! Conductors, bare and coated.
 
-use super::super::super::sink::Problem;
-use super::super::Builder;
+use super::super::super::description::WHITE;
+use super::super::super::parameters::Parameters;
+use super::super::builder::Builder;
 use super::super::colors::ColorUse;
 use super::super::entities::Entity;
-use super::WHITE;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::Roughness;
 use manylight::color::Rgb;
@@ -16,7 +16,7 @@ const MAX_CONDUCTOR_REFLECTANCE: f32 = 0.9999;
 
 impl Builder<'_> {
     /// A conductor. The names of its parameters start with `prefix`, which is empty or `conductor.`.
-    pub(super) fn conductor(&mut self, entity: &Entity, prefix: &str) -> Material {
+    pub(super) fn conductor(&mut self, entity: &Entity<'_>, prefix: &str) -> Material {
         let roughness = self.roughness(entity, prefix, 0.0);
         let [eta_name, k_name] = match prefix {
             "" => ["eta", "k"],
@@ -39,7 +39,7 @@ impl Builder<'_> {
     /// The conductor with eta 1 and the k that has this reflectance at normal incidence.
     fn conductor_of_reflectance(
         &mut self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         reflectance: ColorInput,
         roughness: Option<Roughness>,
     ) -> Material {
@@ -58,12 +58,11 @@ impl Builder<'_> {
             }
             texture => {
                 let params = &entity.params;
+                let object = params.describe();
                 let message = format!(
-                    "a textured `reflectance` of {} does not depend on the angle here",
-                    params.describe()
+                    "a textured `reflectance` of {object} does not depend on the angle here"
                 );
-                let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-                self.sink.warn_once("textured conductor", problem);
+                params.unsupported("textured conductor", message);
                 mirror(texture, roughness)
             }
         }
@@ -71,15 +70,14 @@ impl Builder<'_> {
 
     /// A conductor under a dielectric coat: a blend of the conductor with the reflection of the coat, by the reflectance of the coat at
     /// normal incidence.
-    pub(super) fn coated_conductor(&mut self, entity: &Entity) -> MaterialId {
+    pub(super) fn coated_conductor(&mut self, entity: &Entity<'_>) -> MaterialId {
         self.ignore_layers(entity);
         let params = &entity.params;
+        let object = params.describe();
         let message = format!(
-            "{} is approximated by a blend of conductor and coat at normal incidence",
-            params.describe()
+            "{object} is approximated by a blend of conductor and coat at normal incidence"
         );
-        let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-        self.sink.warn_once(params.describe(), problem);
+        params.unsupported(object, message);
         let eta = self.eta(entity, "interface.eta", 1.5);
         let coat = self.roughness(entity, "interface.", 0.0);
         let mut metal = self.conductor(entity, "conductor.");
@@ -97,11 +95,7 @@ impl Builder<'_> {
         let reflectance = ((eta - 1.0) / (eta + 1.0)).powi(2);
         let first = self.both_sides(metal);
         let second = self.both_sides(mirror(WHITE, coat));
-        self.add_material(Material::Blend {
-            weight: FloatInput::Constant(reflectance),
-            first,
-            second,
-        })
+        self.blend(FloatInput::Constant(reflectance), first, second)
     }
 }
 

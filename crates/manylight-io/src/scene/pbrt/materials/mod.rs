@@ -4,22 +4,20 @@ mod conductors;
 mod roughness;
 mod v3;
 
-use super::super::assets::Decode;
-use super::super::files::find_external_file;
+use super::super::assets::Channel;
+use super::super::description::{Additions, WHITE, add_two_sided, bitmap, flip_v, scaled};
+use super::super::parameters::{Numbers, Parameters, unresolved};
 use super::super::sink::{Problem, Text};
-use super::Builder;
+use super::builder::Builder;
 use super::colors::ColorUse;
 use super::entities::{Entity, MaterialRef};
 use super::param_types::{ParamType, Values};
 use crate::image::Transfer;
-use crate::resolve::similar;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Bitangent, Distribution};
 use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
-use manylight::image::Image;
-use manylight::math::{Mat3, Vec3};
-use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
+use manylight::texture::{ColorInput, Filtering, FloatInput, Wrap};
 pub(super) use v3::is_v3_material;
 
 pub(super) const SUPPORTED: &[&str] = &[
@@ -42,18 +40,10 @@ const SUBSTITUTES: [(&str, &str); 3] = [
 ];
 
 impl Builder<'_> {
-    pub(super) fn add_material(&mut self, material: Material) -> MaterialId {
-        self.desc.materials.push(material);
-        MaterialId::from(self.desc.materials.len() - 1)
-    }
-
     /// A material that scatters on both sides.
     fn both_sides(&mut self, material: Material) -> MaterialId {
-        let inner = self.add_material(material);
-        self.add_material(Material::TwoSided {
-            front: inner,
-            back: inner,
-        })
+        let inner = self.desc.add(material);
+        add_two_sided(&mut self.desc.materials, inner)
     }
 
     /// Diffuse on both sides.
@@ -65,45 +55,42 @@ impl Builder<'_> {
     pub(super) fn resolve_material(&mut self, material: &MaterialRef) -> MaterialId {
         match material {
             MaterialRef::Default => self.diffuse_default(),
-            MaterialRef::Index(index) => self.materials[*index],
+            MaterialRef::Index(index) => self.made.materials[*index],
             MaterialRef::Named(name) => self.named_material(name),
         }
     }
 
     fn named_material(&mut self, name: &Text) -> MaterialId {
-        if let Some(material) = self.named_materials.get(&name.value) {
+        if let Some(material) = self.made.named_materials.get(&name.value) {
             return *material;
         }
         // Old files name the absence of a material in this way.
         if name.value.is_empty() || name.value == "none" {
             return self.clear();
         }
-        let mut known: Vec<&str> = self.named_materials.keys().map(String::as_str).collect();
-        known.sort_unstable();
-        let help = similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"));
         let message = format!("no material has the name `{}`", name.value);
-        let problem = Problem::new("scene::unresolved_reference", name.span, message);
-        self.sink.error(problem.maybe_help(help));
+        let known = self.made.named_materials.keys().map(String::as_str);
+        self.sink.error(unresolved(name, message, known));
         self.diffuse_default()
     }
 
     /// The material of shapes without one.
     fn diffuse_default(&mut self) -> MaterialId {
-        if let Some(material) = self.default_material {
+        if let Some(material) = self.made.default_material {
             return material;
         }
         let material = self.diffuse(ColorInput::Constant(Rgb::splat(0.5)));
-        self.default_material = Some(material);
+        self.made.default_material = Some(material);
         material
     }
 
     /// No surface.
     pub(super) fn clear(&mut self) -> MaterialId {
-        self.add_material(Material::Null)
+        self.desc.add(Material::Null)
     }
 
     /// Adds a material: the plugin `kind` with the parameters of `entity`.
-    pub(super) fn material(&mut self, entity: &Entity, kind: &Text) -> MaterialId {
+    pub(super) fn material(&mut self, entity: &Entity<'_>, kind: &Text) -> MaterialId {
         let material = match kind.value.as_str() {
             "diffuse" => {
                 let reflectance = self.reflectance(entity, "reflectance", 0.5);
@@ -121,7 +108,7 @@ impl Builder<'_> {
             "dielectric" => {
                 let roughness = self.roughness(entity, "", 0.0);
                 let eta = self.eta(entity, "eta", 1.5);
-                self.add_material(Material::Dielectric {
+                self.desc.add(Material::Dielectric {
                     eta,
                     specular_reflectance: WHITE,
                     specular_transmittance: WHITE,
@@ -130,7 +117,7 @@ impl Builder<'_> {
             }
             "thindielectric" => {
                 let eta = self.eta(entity, "eta", 1.5);
-                self.add_material(Material::ThinDielectric {
+                self.desc.add(Material::ThinDielectric {
                     eta,
                     specular_reflectance: WHITE,
                     specular_transmittance: WHITE,
@@ -142,18 +129,18 @@ impl Builder<'_> {
             _ => self.other_material(entity, kind),
         };
         let material = self.with_relief(entity, material);
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         material
     }
 
     /// A reflectance or transmittance.
-    fn reflectance(&mut self, entity: &Entity, name: &'static str, default: f32) -> ColorInput {
+    fn reflectance(&mut self, entity: &Entity<'_>, name: &'static str, default: f32) -> ColorInput {
         self.color_input(entity, name, ColorUse::Reflectance)
             .unwrap_or(ColorInput::Constant(Rgb::splat(default)))
     }
 
     /// An index of refraction. Spectra are replaced by their luminance.
-    fn eta(&mut self, entity: &Entity, name: &'static str, default: f32) -> f32 {
+    fn eta(&mut self, entity: &Entity<'_>, name: &'static str, default: f32) -> f32 {
         let params = &entity.params;
         let Some(param) = params.get(name) else {
             return default;
@@ -164,26 +151,26 @@ impl Builder<'_> {
                     "a texture for `{name}` of {} is not supported; {default} is used",
                     params.describe()
                 );
-                let problem = Problem::new("scene::unsupported", param.span, message);
-                self.sink.warn_once("textured eta", problem);
+                self.sink.unsupported("textured eta", param.span, message);
                 Some(default)
             }
-            ParamType::Float => params.maybe_float(self.sink, name),
-            _ => self
-                .color(entity, name, ColorUse::Coefficient)
-                .map(|color| color.luminance()),
+            ParamType::Float => params.maybe_float(name),
+            _ => {
+                let color = entity.color(name, ColorUse::Coefficient);
+                color.map(|color| color.luminance())
+            }
         };
         match eta {
             Some(eta) if eta > 0.0 => eta,
             Some(_) => {
-                params.refuse(self.sink, param, "positive");
+                params.refuse(param, "positive");
                 default
             }
             None => default,
         }
     }
 
-    fn coated_diffuse(&mut self, entity: &Entity) -> Material {
+    fn coated_diffuse(&mut self, entity: &Entity<'_>) -> Material {
         self.ignore_layers(entity);
         let diffuse_reflectance = self.reflectance(entity, "reflectance", 0.5);
         let eta = self.eta(entity, "eta", 1.5);
@@ -199,25 +186,23 @@ impl Builder<'_> {
     }
 
     /// Parameters of the random walk between two layers. Their medium is left out.
-    fn ignore_layers(&self, entity: &Entity) {
+    fn ignore_layers(&self, entity: &Entity<'_>) {
         let params = &entity.params;
         params.ignore(&["thickness", "maxdepth", "nsamples", "g"]);
         if let Some(param) = params.get("albedo") {
-            let message = format!(
-                "the medium between the layers of {} is ignored",
-                params.describe()
-            );
-            let problem = Problem::new("scene::unsupported", param.name.span, message);
-            self.sink.warn_once("medium between layers", problem);
+            let object = params.describe();
+            let message = format!("the medium between the layers of {object} is ignored");
+            self.sink
+                .unsupported("medium between layers", param.name.span, message);
         }
     }
 
-    fn diffuse_transmission(&mut self, entity: &Entity) -> MaterialId {
+    fn diffuse_transmission(&mut self, entity: &Entity<'_>) -> MaterialId {
         let reflectance = self.reflectance(entity, "reflectance", 0.25);
         let transmittance = self.reflectance(entity, "transmittance", 0.25);
-        let scale = entity.params.float(self.sink, "scale", 1.0);
-        let reflectance = self.scaled(reflectance, scale);
-        let transmittance = self.scaled(transmittance, scale);
+        let scale = entity.params.float("scale", 1.0);
+        let reflectance = scaled(&mut self.desc.textures, reflectance, scale);
+        let transmittance = scaled(&mut self.desc.textures, transmittance, scale);
         self.transmitting_diffuse(reflectance, transmittance)
     }
 
@@ -227,28 +212,44 @@ impl Builder<'_> {
         reflectance: ColorInput,
         transmittance: ColorInput,
     ) -> MaterialId {
-        let reflectance = self.scaled(reflectance, 2.0);
+        let reflectance = scaled(&mut self.desc.textures, reflectance, 2.0);
         let first = self.diffuse(reflectance);
-        let transmittance = self.scaled(transmittance, 2.0);
-        let second = self.add_material(Material::DiffuseTransmitter { transmittance });
-        self.add_material(Material::Blend {
-            weight: FloatInput::Constant(0.5),
-            first,
-            second,
-        })
+        let transmittance = scaled(&mut self.desc.textures, transmittance, 2.0);
+        let second = self
+            .desc
+            .add(Material::DiffuseTransmitter { transmittance });
+        self.blend(FloatInput::Constant(0.5), first, second)
     }
 
-    fn mix(&mut self, entity: &Entity) -> MaterialId {
+    /// A mixture, in which the second material has this weight.
+    fn blend(&mut self, weight: FloatInput, first: MaterialId, second: MaterialId) -> MaterialId {
+        let blend = Material::Blend {
+            weight,
+            first,
+            second,
+        };
+        self.desc.add(blend)
+    }
+
+    /// The material with straight-through transmission, by `opacity`.
+    pub(super) fn masked(&mut self, inner: MaterialId, opacity: FloatInput) -> MaterialId {
+        if opacity == FloatInput::Constant(1.0) {
+            return inner;
+        }
+        self.desc.add(Material::Mask { opacity, inner })
+    }
+
+    fn mix(&mut self, entity: &Entity<'_>) -> MaterialId {
         let params = &entity.params;
         let (names, amount_of_first) = if params.has("namedmaterial1") {
-            let name = |name| params.string(self.sink, name).cloned();
+            let name = |name| params.string(name).cloned();
             ([name("namedmaterial1"), name("namedmaterial2")], true)
         } else {
-            let names = params.strings(self.sink, "materials").unwrap_or_default();
+            let names = params.strings("materials").unwrap_or_default();
             if names.len() != 2 {
                 match params.get("materials") {
-                    Some(param) => params.refuse(self.sink, param, "two names of materials"),
-                    None => params.missing(self.sink, "materials"),
+                    Some(param) => params.refuse(param, "two names of materials"),
+                    None => params.missing("materials"),
                 }
                 return self.diffuse_default();
             }
@@ -264,22 +265,18 @@ impl Builder<'_> {
         } else {
             (first, second)
         };
-        self.add_material(Material::Blend {
-            weight,
-            first,
-            second,
-        })
+        self.blend(weight, first, second)
     }
 
     /// Materials of PBRT v3, substitutes, and unknown ones, which are reported.
-    fn other_material(&mut self, entity: &Entity, kind: &Text) -> MaterialId {
+    fn other_material(&mut self, entity: &Entity<'_>, kind: &Text) -> MaterialId {
         if is_v3_material(&kind.value) {
             return self.v3_material(entity, kind);
         }
         let params = &entity.params;
         let Some((name, what)) = SUBSTITUTES.iter().find(|(name, _)| *name == kind.value) else {
             let others = SUBSTITUTES.iter().map(|(name, _)| *name);
-            let known = SUPPORTED.iter().copied().chain(others).chain(v3::NAMES);
+            let known = SUPPORTED.iter().copied().chain(others).chain(v3::names());
             self.unknown_name("material", kind, known);
             params.ignore_all();
             return self.diffuse_default();
@@ -306,13 +303,13 @@ impl Builder<'_> {
     }
 
     /// The material with its normal map or bump map.
-    fn with_relief(&mut self, entity: &Entity, inner: MaterialId) -> MaterialId {
+    fn with_relief(&mut self, entity: &Entity<'_>, inner: MaterialId) -> MaterialId {
         let mut material = inner;
         let params = &entity.params;
-        if let Some(name) = params.string(self.sink, "normalmap")
+        if let Some(name) = params.string("normalmap")
             && let Some(texture) = self.normal_map(entity, name)
         {
-            material = self.add_material(Material::NormalMap {
+            material = self.desc.add(Material::NormalMap {
                 texture,
                 scale: 1.0,
                 bitangent: Bitangent::RightHanded,
@@ -326,7 +323,7 @@ impl Builder<'_> {
             if let (Values::Strings(_), Some(FloatInput::Texture(texture))) =
                 (&param.values, self.maybe_float_input(entity, name))
             {
-                material = self.add_material(Material::BumpMap {
+                material = self.desc.add(Material::BumpMap {
                     texture,
                     scale: 1.0,
                     inner: material,
@@ -336,25 +333,12 @@ impl Builder<'_> {
         material
     }
 
-    fn normal_map(&mut self, entity: &Entity, name: &Text) -> Option<TextureId> {
-        let path = find_external_file(self.sink, &entity.folders, name, "normal map")?;
-        self.desc.textures.push(Texture::Bitmap(Bitmap {
-            image: Image::default(),
-            filtering: Filtering::Bilinear,
-            wrap: [Wrap::Repeat; 2],
-            uv_transform: Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0)),
-        }));
-        let texture = TextureId::from(self.desc.textures.len() - 1);
-        let store = move |desc: &mut manylight::scene::SceneDesc, image: Image| {
-            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-                bitmap.image = image;
-            }
-        };
-        let decode = Decode::Color(Transfer::Raw);
+    fn normal_map(&mut self, entity: &Entity<'_>, name: &Text) -> Option<TextureId> {
+        let path = entity.find_file(name, "normal map")?;
+        let map = bitmap(Filtering::Bilinear, [Wrap::Repeat; 2], flip_v());
+        let texture = self.desc.add(map);
         self.assets
-            .add_image_use(path, decode, name.span, Box::new(store));
+            .add_texture_image(texture, path, Transfer::Raw, Channel::All, name.span);
         Some(texture)
     }
 }
-
-const WHITE: ColorInput = ColorInput::Constant(Rgb::WHITE);

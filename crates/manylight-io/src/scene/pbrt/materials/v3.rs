@@ -1,10 +1,10 @@
 //! Materials of PBRT v3, each as the material that comes nearest. One warning names it.
 
+use super::super::super::description::{Additions, WHITE, scaled};
+use super::super::super::parameters::Parameters;
 use super::super::super::sink::{Problem, Text};
-use super::super::Builder;
-use super::super::colors::ColorUse;
+use super::super::builder::Builder;
 use super::super::entities::Entity;
-use super::WHITE;
 use super::conductors::mirror;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Distribution, PrincipledMaterial};
@@ -31,24 +31,18 @@ const MATERIALS: [(&str, &str); 11] = [
 ];
 
 /// The names of [`MATERIALS`].
-pub(super) const NAMES: [&str; 11] = {
-    let mut names = [""; 11];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = MATERIALS[i].0;
-        i += 1;
-    }
-    names
-};
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    MATERIALS.iter().map(|(name, _)| *name)
+}
 
 /// Whether only PBRT v3 has a material with this name.
 pub(in super::super) fn is_v3_material(name: &str) -> bool {
-    NAMES.contains(&name)
+    names().any(|known| known == name)
 }
 
 impl Builder<'_> {
     /// Adds a material of PBRT v3.
-    pub(super) fn v3_material(&mut self, entity: &Entity, kind: &Text) -> MaterialId {
+    pub(super) fn v3_material(&mut self, entity: &Entity<'_>, kind: &Text) -> MaterialId {
         let name = kind.value.as_str();
         if let Some((_, what)) = MATERIALS.iter().find(|(known, _)| *known == name) {
             let message = format!("material `{name}` of PBRT v3 is read as {what}");
@@ -88,7 +82,7 @@ impl Builder<'_> {
         }
     }
 
-    fn matte(&mut self, entity: &Entity) -> MaterialId {
+    fn matte(&mut self, entity: &Entity<'_>) -> MaterialId {
         let reflectance = self.reflectance(entity, "Kd", 0.5);
         match self.float_input(entity, "sigma", 0.0) {
             FloatInput::Constant(0.0) => self.diffuse(reflectance),
@@ -104,13 +98,13 @@ impl Builder<'_> {
         }
     }
 
-    fn glass(&mut self, entity: &Entity) -> MaterialId {
+    fn glass(&mut self, entity: &Entity<'_>) -> MaterialId {
         let roughness = self.roughness(entity, "", 0.0);
         let index = self.eta(entity, "index", 1.5);
         let eta = self.eta(entity, "eta", index);
         let specular_reflectance = self.reflectance(entity, "Kr", 1.0);
         let specular_transmittance = self.reflectance(entity, "Kt", 1.0);
-        self.add_material(Material::Dielectric {
+        self.desc.add(Material::Dielectric {
             eta,
             specular_reflectance,
             specular_transmittance,
@@ -121,7 +115,7 @@ impl Builder<'_> {
     /// A coat of PBRT v3, whose base does not interreflect.
     fn coat(
         &mut self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         base: ColorInput,
         specular: ColorInput,
         eta: f32,
@@ -139,7 +133,7 @@ impl Builder<'_> {
     }
 
     /// `plastic`, and `uber` with mirror reflection, transmission and opacity.
-    fn uber(&mut self, entity: &Entity) -> MaterialId {
+    fn uber(&mut self, entity: &Entity<'_>) -> MaterialId {
         let base = self.reflectance(entity, "Kd", 0.25);
         let specular = self.reflectance(entity, "Ks", 0.25);
         let index = self.eta(entity, "index", 1.5);
@@ -152,18 +146,18 @@ impl Builder<'_> {
             && !color.is_black()
         {
             let second = self.both_sides(mirror(WHITE, None));
-            material = self.blended(material, second, color.max_channel());
+            material = self.blend(FloatInput::Constant(color.max_channel()), material, second);
         }
         if let ColorInput::Constant(color) = clear_part
             && !color.is_black()
         {
-            let second = self.add_material(Material::Dielectric {
+            let second = self.desc.add(Material::Dielectric {
                 eta,
                 specular_reflectance: WHITE,
                 specular_transmittance: ColorInput::Constant(color / color.max_channel()),
                 roughness: None,
             });
-            material = self.blended(material, second, color.max_channel());
+            material = self.blend(FloatInput::Constant(color.max_channel()), material, second);
         }
         let opacity = match self.reflectance(entity, "opacity", 1.0) {
             ColorInput::Constant(color) => FloatInput::Constant(color.luminance()),
@@ -172,55 +166,37 @@ impl Builder<'_> {
         self.masked(material, opacity)
     }
 
-    /// The material with straight-through transmission, by `opacity`.
-    pub(in super::super) fn masked(
-        &mut self,
-        inner: MaterialId,
-        opacity: FloatInput,
-    ) -> MaterialId {
-        if opacity == FloatInput::Constant(1.0) {
-            return inner;
-        }
-        self.add_material(Material::Mask { opacity, inner })
-    }
-
-    fn blended(&mut self, first: MaterialId, second: MaterialId, weight: f32) -> MaterialId {
-        self.add_material(Material::Blend {
-            weight: FloatInput::Constant(weight),
-            first,
-            second,
-        })
-    }
-
     /// A coat whose reflectance at normal incidence is `Ks`.
-    fn substrate(&mut self, entity: &Entity) -> MaterialId {
+    fn substrate(&mut self, entity: &Entity<'_>) -> MaterialId {
         /// Largest reflectance of a coat, as a bound of its index of refraction.
         const MAX_REFLECTANCE: f32 = 0.9;
         let base = self.reflectance(entity, "Kd", 0.5);
-        let specular = match self.reflectance(entity, "Ks", 0.5) {
-            ColorInput::Constant(color) => color.luminance(),
-            ColorInput::Texture(_) => 0.5,
-        };
+        let specular = self.luminance(entity, "Ks");
         let root = specular.clamp(0.0, MAX_REFLECTANCE).sqrt();
         let eta = ((1.0 + root) / (1.0 - root)).max(1.01);
         let coat = self.coat(entity, base, WHITE, eta, 0.1);
         self.both_sides(coat)
     }
 
-    fn translucent(&mut self, entity: &Entity) -> MaterialId {
+    fn translucent(&mut self, entity: &Entity<'_>) -> MaterialId {
         let base = self.reflectance(entity, "Kd", 0.25);
         entity.params.ignore(&["Ks", "roughness", "remaproughness"]);
-        let share = |builder: &mut Self, name| match builder.reflectance(entity, name, 0.5) {
-            ColorInput::Constant(color) => color.luminance(),
-            ColorInput::Texture(_) => 0.5,
-        };
-        let (reflect, transmit) = (share(self, "reflect"), share(self, "transmit"));
-        let reflectance = self.scaled(base, reflect);
-        let transmittance = self.scaled(base, transmit);
+        let reflect = self.luminance(entity, "reflect");
+        let transmit = self.luminance(entity, "transmit");
+        let reflectance = scaled(&mut self.desc.textures, base, reflect);
+        let transmittance = scaled(&mut self.desc.textures, base, transmit);
         self.transmitting_diffuse(reflectance, transmittance)
     }
 
-    fn disney(&mut self, entity: &Entity) -> MaterialId {
+    /// The luminance of a reflectance, 0.5 by default and of textures.
+    fn luminance(&mut self, entity: &Entity<'_>, name: &'static str) -> f32 {
+        match self.reflectance(entity, name, 0.5) {
+            ColorInput::Constant(color) => color.luminance(),
+            ColorInput::Texture(_) => 0.5,
+        }
+    }
+
+    fn disney(&mut self, entity: &Entity<'_>) -> MaterialId {
         entity
             .params
             .ignore(&["scatterdistance", "thin", "difftrans"]);
@@ -247,18 +223,9 @@ impl Builder<'_> {
         let transmits = principled.spec_trans != FloatInput::Constant(0.0);
         let material = Material::Principled(Box::new(principled));
         if transmits {
-            self.add_material(material)
+            self.desc.add(material)
         } else {
             self.both_sides(material)
-        }
-    }
-
-    /// The color `name` of a light of PBRT v3 or v4.
-    pub(in super::super) fn emission_use(&self) -> ColorUse {
-        if self.is_v3 {
-            ColorUse::EmissionV3
-        } else {
-            ColorUse::Emission
         }
     }
 }

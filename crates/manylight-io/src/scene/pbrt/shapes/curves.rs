@@ -1,14 +1,15 @@
 //! Curves, as tubes. Curves that follow each other with one material become one mesh.
 
-use super::super::super::sink::Problem;
+use super::super::super::description::Additions;
+use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::tubes::{Ring, TubeDetail, add_tube, spline};
-use super::super::Builder;
+use super::super::builder::{Builder, PendingCurves};
 use super::super::entities::{MaterialRef, ShapeEntity};
-use super::meshes::append;
-use super::same_surface;
+use super::super::transforms::mirrors;
+use super::tessellation::append;
 use crate::mesh::orient_to_normals;
-use glam::DMat4;
 use manylight::geometry::{Mesh, Shape};
+use manylight::ids::ShapeId;
 use manylight::math::{Frame, Vec2, Vec3, Vec4};
 use manylight::scene::PrimitiveDesc;
 
@@ -17,20 +18,11 @@ const DETAIL: TubeDetail = TubeDetail::COARSE;
 /// Most triangles of one mesh.
 const MAX_TRIANGLES: usize = 1 << 22;
 
-/// Curves that become one mesh.
-pub(super) struct PendingCurves {
-    /// In the frame of `transform`.
-    mesh: Mesh,
-    transform: DMat4,
-    material: MaterialRef,
-    primitive: PrimitiveDesc,
-}
-
 impl Builder<'_> {
     /// Whether a curve cannot be appended to those that are collected.
-    pub(super) fn starts_new_curves(&self, shape: &ShapeEntity) -> bool {
+    pub(super) fn starts_new_curves(&self, shape: &ShapeEntity<'_>) -> bool {
         let params = &shape.entity.params;
-        self.shapes.curves.as_ref().is_some_and(|pending| {
+        self.curves.as_ref().is_some_and(|pending| {
             pending.transform != shape.entity.transform
                 || !same_surface(&pending.material, &shape.material)
                 || params.has("alpha")
@@ -39,7 +31,7 @@ impl Builder<'_> {
     }
 
     /// Collects a curve.
-    pub(super) fn curve(&mut self, shape: &ShapeEntity) {
+    pub(super) fn curve(&mut self, shape: &ShapeEntity<'_>) {
         if self.starts_new_curves(shape) {
             self.flush_curves();
         }
@@ -48,22 +40,21 @@ impl Builder<'_> {
         let (Some(mesh), Some(world_from_object)) = (mesh, world_from_object) else {
             return;
         };
-        if let Some(pending) = &mut self.shapes.curves {
+        if let Some(pending) = &mut self.curves {
             append(&mut pending.mesh, mesh);
             shape.entity.params.ignore(&["alpha"]);
-            self.finish(&shape.entity);
+            shape.entity.params.finish(self.is_v3);
             return;
         }
         let material = self.surface(shape);
-        self.finish(&shape.entity);
-        let placeholder = manylight::ids::ShapeId::from(0);
-        self.shapes.curves = Some(PendingCurves {
+        shape.entity.params.finish(self.is_v3);
+        self.curves = Some(PendingCurves {
             mesh,
             transform: shape.entity.transform,
             material: shape.material.clone(),
             primitive: PrimitiveDesc {
                 name: self.shape_name(shape),
-                shape: placeholder,
+                shape: ShapeId::from(0),
                 world_from_object,
                 flip_normals: false,
                 material,
@@ -74,10 +65,9 @@ impl Builder<'_> {
 
     /// The primitive of the curves that have been collected.
     pub(super) fn collected_curves(&mut self) -> Option<PrimitiveDesc> {
-        let mut pending = self.shapes.curves.take()?;
-        let mirrored = super::super::transforms::mirrors(pending.transform);
-        orient_to_normals(&mut pending.mesh, mirrored);
-        let shape = self.add_shape(Shape::Mesh(pending.mesh));
+        let mut pending = self.curves.take()?;
+        orient_to_normals(&mut pending.mesh, mirrors(pending.transform));
+        let shape = self.desc.add(Shape::Mesh(pending.mesh));
         Some(PrimitiveDesc {
             shape,
             ..pending.primitive
@@ -85,38 +75,27 @@ impl Builder<'_> {
     }
 
     /// The tube around one curve, in object space.
-    pub(super) fn curve_mesh(&self, shape: &ShapeEntity) -> Option<Mesh> {
+    pub(super) fn curve_mesh(&self, shape: &ShapeEntity<'_>) -> Option<Mesh> {
         let params = &shape.entity.params;
         params.ignore(&["N", "splitdepth"]);
-        let kind = params.choice(
-            self.sink,
-            "type",
-            "flat",
-            &[
-                ("flat", "flat"),
-                ("ribbon", "ribbon"),
-                ("cylinder", "cylinder"),
-            ],
-        );
+        let kinds = ["flat", "ribbon", "cylinder"].map(|kind| (kind, kind));
+        let kind = params.choice("type", "flat", &kinds);
         if kind != "cylinder" {
             let message = format!("curves of type `{kind}` are replaced by tubes");
-            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-            self.sink.warn_once(format!("curve {kind}"), problem);
+            params.unsupported(format!("curve {kind}"), message);
         }
         let bases = [("bezier", false), ("bspline", true)];
-        let is_spline = params.choice(self.sink, "basis", false, &bases);
-        let degree = params.integer(self.sink, "degree", 3, 2) as usize;
-        let width = params.float(self.sink, "width", 1.0);
-        let widths = ["width0", "width1"].map(|name| params.float(self.sink, name, width));
-        if !params.has("P") {
-            params.missing(self.sink, "P");
-        }
-        let points = params.vectors(self.sink, "P")?;
+        let is_spline = params.choice("basis", false, &bases);
+        let degree = params.integer("degree", 3, 2) as usize;
+        let width = params.float("width", 1.0);
+        let widths = ["width0", "width1"].map(|name| params.float(name, width));
+        params.require("P");
+        let points = params.vectors("P")?;
         let step = if is_spline { 1 } else { degree };
         let fits = points.len() > degree && (points.len() - 1 - degree).is_multiple_of(step);
         if degree > 3 || !fits {
             let required = format!("the control points of whole segments of degree {degree}");
-            params.refuse(self.sink, params.get("P")?, &required);
+            params.refuse_named("P", &required);
             return None;
         }
         let segments = (points.len() - 1 - degree) / step + 1;
@@ -135,6 +114,16 @@ impl Builder<'_> {
             })
             .collect();
         Some(tube(&samples, widths))
+    }
+}
+
+/// Whether two shapes have the same material.
+fn same_surface(a: &MaterialRef, b: &MaterialRef) -> bool {
+    match (a, b) {
+        (MaterialRef::Default, MaterialRef::Default) => true,
+        (MaterialRef::Index(a), MaterialRef::Index(b)) => a == b,
+        (MaterialRef::Named(a), MaterialRef::Named(b)) => a.value == b.value,
+        _ => false,
     }
 }
 

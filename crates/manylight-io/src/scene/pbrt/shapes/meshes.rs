@@ -1,23 +1,20 @@
 //! Meshes in the scene file and in PLY files.
 
 use super::super::super::assets::{MeshContent, MeshRequest, Normals};
-use super::super::super::files::find_external_file;
-use super::super::super::sink::Problem;
-use super::super::Builder;
+use super::super::super::parameters::Parameters;
+use super::super::builder::Builder;
 use super::super::entities::ShapeEntity;
 use super::super::transforms::mirrors;
-use super::Geometry;
-use super::tessellation::grid;
+use super::tessellation::{Geometry, append, grid};
 use crate::mesh::MeshFormat;
-use manylight::geometry::{Mesh, Shape};
-use manylight::ids::ShapeId;
+use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 
 /// Cells along each edge of a patch that is not flat.
 const PATCH_CELLS: usize = 8;
 
 impl Builder<'_> {
-    pub(super) fn triangle_mesh(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn triangle_mesh(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         params.ignore(&["faceIndices", "S", "edgelength"]);
         let mesh = self.triangle_list(shape)?;
@@ -25,36 +22,30 @@ impl Builder<'_> {
     }
 
     /// Vertices and triangles.
-    pub(super) fn triangle_list(&self, shape: &ShapeEntity) -> Option<Mesh> {
+    pub(super) fn triangle_list(&self, shape: &ShapeEntity<'_>) -> Option<Mesh> {
         let mesh = self.vertices(shape, 3)?;
         let triangles = self.elements::<3>(shape, mesh.positions.len())?;
         Some(Mesh { triangles, ..mesh })
     }
 
     /// The vertices of a mesh. `least` is the least number of them.
-    fn vertices(&self, shape: &ShapeEntity, least: usize) -> Option<Mesh> {
+    fn vertices(&self, shape: &ShapeEntity<'_>, least: usize) -> Option<Mesh> {
         let params = &shape.entity.params;
-        if !params.has("P") {
-            params.missing(self.sink, "P");
-        }
-        let positions = params.vectors(self.sink, "P")?;
+        params.require("P");
+        let positions = params.vectors("P")?;
         let count = positions.len();
         if count < least {
-            params.refuse(
-                self.sink,
-                params.get("P")?,
-                &format!("at least {least} points"),
-            );
+            params.refuse_named("P", &format!("at least {least} points"));
             return None;
         }
-        let mut normals = params.vectors(self.sink, "N").unwrap_or_default();
+        let mut normals = params.vectors("N").unwrap_or_default();
         let uv_name = ["uv", "st"].into_iter().find(|name| params.has(name));
         let uv_name = uv_name.unwrap_or("uv");
-        let mut uvs = params.pairs(self.sink, uv_name).unwrap_or_default();
+        let mut uvs = params.pairs(uv_name).unwrap_or_default();
         for (name, found) in [("N", normals.len()), (uv_name, uvs.len())] {
             if found != 0 && found != count {
                 let required = format!("one value for each of the {count} points, found {found}");
-                params.refuse(self.sink, params.get(name)?, &required);
+                params.refuse_named(name, &required);
                 (normals, uvs) = (Vec::new(), Vec::new());
             }
         }
@@ -73,29 +64,27 @@ impl Builder<'_> {
     /// The lists of `N` indices of vertices. Without `indices`, the vertices are one list.
     fn elements<const N: usize>(
         &self,
-        shape: &ShapeEntity,
+        shape: &ShapeEntity<'_>,
         vertex_count: usize,
     ) -> Option<Vec<[u32; N]>> {
         let params = &shape.entity.params;
-        let Some(indices) = params.integers(self.sink, "indices") else {
+        let Some(indices) = params.integers("indices") else {
             if vertex_count == N {
                 return Some(vec![std::array::from_fn(|i| i as u32)]);
             }
-            if !params.has("indices") {
-                params.missing(self.sink, "indices");
-            }
+            params.require("indices");
             return None;
         };
         let param = params.get("indices")?;
         if !indices.len().is_multiple_of(N) || indices.is_empty() {
             let required = format!("a multiple of {N} integers, found {}", indices.len());
-            params.refuse(self.sink, param, &required);
+            params.refuse(param, &required);
             return None;
         }
         let is_outside = |index: &&i32| **index < 0 || **index as usize >= vertex_count;
         if let Some(index) = indices.iter().find(is_outside) {
             let required = format!("indices of the {vertex_count} points, found {index}");
-            params.refuse(self.sink, param, &required);
+            params.refuse(param, &required);
             return None;
         }
         let lists = indices.chunks_exact(N);
@@ -106,18 +95,18 @@ impl Builder<'_> {
         )
     }
 
-    pub(super) fn ply_mesh(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn ply_mesh(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let entity = &shape.entity;
         let params = &entity.params;
         params.ignore(&["edgelength", "displacement.edgelength"]);
         if let Some(param) = params.get("displacement") {
             let message = "displacement of meshes is not supported; it is ignored";
-            let problem = Problem::new("scene::unsupported", param.name.span, message);
-            self.sink.warn_once("displacement", problem);
+            self.sink
+                .unsupported("displacement", param.name.span, message);
         }
         let world_from_object = self.world_of_shape(shape)?;
-        let name = params.required_string(self.sink, "filename")?;
-        let path = find_external_file(self.sink, &entity.folders, name, "mesh file")?;
+        let name = params.required_string("filename")?;
+        let path = entity.find_file(name, "mesh file")?;
         let request = MeshRequest {
             path,
             content: MeshContent::Mesh(MeshFormat::Ply),
@@ -127,10 +116,7 @@ impl Builder<'_> {
             },
         };
         let shapes = &mut self.desc.shapes;
-        let shape = self.assets.mesh(request, name.span, || {
-            shapes.push(Shape::Mesh(Mesh::default()));
-            ShapeId::from(shapes.len() - 1)
-        });
+        let shape = self.assets.mesh(request, name.span, shapes);
         Some(Geometry {
             shape,
             world_from_object,
@@ -139,13 +125,13 @@ impl Builder<'_> {
     }
 
     /// Bilinear patches. Flat parallelograms are two triangles, other patches are grids.
-    pub(super) fn bilinear_mesh(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn bilinear_mesh(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         params.ignore(&["faceIndices"]);
         if let Some(param) = params.get("emissionfilename") {
             let message = "`emissionfilename` is not supported; use `filename` of the area light";
-            let problem = Problem::new("scene::unsupported", param.name.span, message);
-            self.sink.warn_once("emissionfilename", problem);
+            self.sink
+                .unsupported("emissionfilename", param.name.span, message);
         }
         let vertices = self.vertices(shape, 4)?;
         let patches = self.elements::<4>(shape, vertices.positions.len())?;
@@ -161,16 +147,14 @@ impl Builder<'_> {
         self.add_tessellated(shape, mesh)
     }
 
-    pub(super) fn height_field(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn height_field(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
-        let n = ["nu", "nv"].map(|name| params.integer(self.sink, name, 2, 2) as usize);
-        if !params.has("Pz") {
-            params.missing(self.sink, "Pz");
-        }
-        let heights = params.floats(self.sink, "Pz")?;
+        let n = ["nu", "nv"].map(|name| params.integer(name, 2, 2) as usize);
+        params.require("Pz");
+        let heights = params.floats("Pz")?;
         if n[0].checked_mul(n[1]) != Some(heights.len()) {
             let required = format!("{} x {} numbers, found {}", n[0], n[1], heights.len());
-            params.refuse(self.sink, params.get("Pz")?, &required);
+            params.refuse_named("Pz", &required);
             return None;
         }
         let cells = n.map(|n| n - 1);
@@ -182,17 +166,6 @@ impl Builder<'_> {
         mesh.normals = Vec::new();
         self.add_mesh(shape, mesh)
     }
-}
-
-/// Appends a mesh.
-pub(super) fn append(mesh: &mut Mesh, piece: Mesh) {
-    let first = mesh.positions.len() as u32;
-    mesh.positions.extend(piece.positions);
-    mesh.normals.extend(piece.normals);
-    mesh.uvs.extend(piece.uvs);
-    let moved = piece.triangles.into_iter();
-    mesh.triangles
-        .extend(moved.map(|triangle| triangle.map(|i| i + first)));
 }
 
 /// The bilinear patch with the corners (0,0), (1,0), (0,1), (1,1).

@@ -6,18 +6,19 @@ mod quadrics;
 mod subdivision;
 mod tessellation;
 
-use super::super::growth::Bound;
+use super::super::description::Additions;
+use super::super::parameters::Parameters;
 use super::super::sink::Problem;
-use super::Builder;
-use super::entities::{MaterialRef, ShapeEntity};
+use super::builder::Builder;
+use super::entities::ShapeEntity;
 use super::transforms::mirrors;
 use crate::mesh::{orient_to_normals, smooth_normals};
-use curves::PendingCurves;
 use manylight::geometry::{Mesh, Shape};
-use manylight::ids::{MaterialId, ShapeId};
+use manylight::ids::MaterialId;
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::{PrimitiveDesc, SceneDesc};
 use manylight::texture::FloatInput;
+use tessellation::Geometry;
 
 pub(super) const SUPPORTED: &[&str] = &[
     "bilinearmesh",
@@ -34,35 +35,13 @@ pub(super) const SUPPORTED: &[&str] = &[
     "trianglemesh",
 ];
 
-/// Bytes of tessellated surfaces from the bytes of the files. Paraboloids, the largest for their text, reach a ratio of 8000 if each has its
-/// transform; files that are included again and again exceed the bound.
-pub(super) const TESSELLATED: Bound = Bound {
-    ratio: 10_000,
-    always_allowed: 64 << 20,
-};
-
 /// Distance of the back of a two-sided emitter from its front, relative to the magnitude of its coordinates. Much larger than the offset
 /// of ray origins (12 roundings of `f32`), and below what an image resolves.
 const BACK_DISTANCE: f32 = 2e-5;
 
-/// Shapes and curves that later shapes share.
-#[derive(Default)]
-pub(super) struct ShapeCache {
-    disk: Option<ShapeId>,
-    curves: Option<PendingCurves>,
-}
-
-/// The geometry of a shape with its transform.
-struct Geometry {
-    shape: ShapeId,
-    world_from_object: Affine3A,
-    /// Whether the normals of the core point to the other side than those of PBRT.
-    is_reversed: bool,
-}
-
 impl Builder<'_> {
     /// Adds a shape to the world.
-    pub(super) fn shape(&mut self, shape: &ShapeEntity) {
+    pub(super) fn shape(&mut self, shape: &ShapeEntity<'_>) {
         if shape.entity.params.plugin.value == "curve" && shape.area_light.is_none() {
             self.curve(shape);
             return;
@@ -79,7 +58,7 @@ impl Builder<'_> {
     }
 
     /// The primitives of an object.
-    pub(super) fn group(&mut self, shapes: &[ShapeEntity]) -> Vec<PrimitiveDesc> {
+    pub(super) fn group(&mut self, shapes: &[ShapeEntity<'_>]) -> Vec<PrimitiveDesc> {
         let mut primitives = Vec::new();
         for shape in shapes {
             if shape.entity.params.plugin.value == "curve" {
@@ -96,10 +75,10 @@ impl Builder<'_> {
     }
 
     /// The primitives of a shape: none if it is ignored or invalid, two if both sides emit.
-    fn primitives(&mut self, shape: &ShapeEntity, in_group: bool) -> Vec<PrimitiveDesc> {
+    fn primitives(&mut self, shape: &ShapeEntity<'_>, in_group: bool) -> Vec<PrimitiveDesc> {
         let geometry = self.geometry(shape);
         let material = self.surface(shape);
-        self.finish(&shape.entity);
+        shape.entity.params.finish(self.is_v3);
         let Some(Geometry {
             shape: id,
             world_from_object,
@@ -132,18 +111,16 @@ impl Builder<'_> {
     }
 
     /// A name from the mesh file or the plugin of a shape: shapes have no names in PBRT.
-    pub(super) fn shape_name(&mut self, shape: &ShapeEntity) -> String {
+    pub(super) fn shape_name(&mut self, shape: &ShapeEntity<'_>) -> String {
         let params = &shape.entity.params;
         let is_file = params.plugin.value == "plymesh";
-        let file = is_file
-            .then(|| params.string(self.sink, "filename"))
-            .flatten();
+        let file = is_file.then(|| params.string("filename")).flatten();
         let file = file.map(|file| file.value.as_str());
         self.shape_names.of_shape(file, &params.plugin.value)
     }
 
     /// The material of a shape behind its opacity.
-    fn surface(&mut self, shape: &ShapeEntity) -> MaterialId {
+    fn surface(&mut self, shape: &ShapeEntity<'_>) -> MaterialId {
         let material = self.resolve_material(&shape.material);
         let params = &shape.entity.params;
         params.ignore(&["shadowalpha"]);
@@ -152,37 +129,31 @@ impl Builder<'_> {
         };
         if opacity == FloatInput::Constant(0.0) && shape.area_light.is_some() {
             let message = "an emitter with `alpha` 0 is invisible in PBRT; it is visible here";
-            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-            self.sink.warn_once("invisible emitter", problem);
+            params.unsupported("invisible emitter", message);
             return material;
         }
         let key = (material, format!("{opacity:?}"));
-        if let Some(masked) = self.masks.get(&key) {
+        if let Some(masked) = self.made.masks.get(&key) {
             return *masked;
         }
         let masked = self.masked(material, opacity);
-        self.masks.insert(key, masked);
+        self.made.masks.insert(key, masked);
         masked
     }
 
-    fn add_shape(&mut self, shape: Shape) -> ShapeId {
-        self.desc.shapes.push(shape);
-        ShapeId::from(self.desc.shapes.len() - 1)
-    }
-
     /// Adds a mesh in object space.
-    fn add_mesh(&mut self, shape: &ShapeEntity, mut mesh: Mesh) -> Option<Geometry> {
+    fn add_mesh(&mut self, shape: &ShapeEntity<'_>, mut mesh: Mesh) -> Option<Geometry> {
         let world_from_object = self.world_of_shape(shape)?;
         orient_to_normals(&mut mesh, mirrors(shape.entity.transform));
         Some(Geometry {
-            shape: self.add_shape(Shape::Mesh(mesh)),
+            shape: self.desc.add(Shape::Mesh(mesh)),
             world_from_object,
             is_reversed: false,
         })
     }
 
     /// Adds the mesh of a surface that the file describes by some numbers. `None` if there are too many of them, which is reported.
-    fn add_tessellated(&mut self, shape: &ShapeEntity, mesh: Mesh) -> Option<Geometry> {
+    fn add_tessellated(&mut self, shape: &ShapeEntity<'_>, mesh: Mesh) -> Option<Geometry> {
         let bytes = size_of_val(&mesh.positions[..])
             + size_of_val(&mesh.normals[..])
             + size_of_val(&mesh.uvs[..])
@@ -200,13 +171,13 @@ impl Builder<'_> {
         self.add_mesh(shape, mesh)
     }
 
-    fn world_of_shape(&self, shape: &ShapeEntity) -> Option<Affine3A> {
+    fn world_of_shape(&self, shape: &ShapeEntity<'_>) -> Option<Affine3A> {
         let entity = &shape.entity;
         self.placement(entity.transform, entity.params.plugin.span)
     }
 
     /// The geometry of a shape. `None` if it is invalid or unknown, which is reported.
-    fn geometry(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    fn geometry(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         match params.plugin.value.as_str() {
             "sphere" => self.sphere(shape),
@@ -224,8 +195,7 @@ impl Builder<'_> {
             }
             "nurbs" => {
                 let message = "shape `nurbs` is not supported; it is ignored";
-                let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-                self.sink.warn_once("shape nurbs", problem);
+                params.unsupported("shape nurbs", message);
                 params.ignore_all();
                 None
             }
@@ -266,7 +236,7 @@ impl Builder<'_> {
                 let extent = p0.abs().max(p1.abs()).max_element() + radius;
                 let scale = world.matrix3.x_axis.length();
                 let distance = BACK_DISTANCE * magnitude(extent) / scale;
-                back.shape = self.add_shape(Shape::Cylinder {
+                back.shape = self.desc.add(Shape::Cylinder {
                     p0,
                     p1,
                     radius: (radius - side * distance).max(0.5 * radius),
@@ -274,7 +244,7 @@ impl Builder<'_> {
             }
             Shape::Mesh(_) => {
                 let source = front.shape;
-                back.shape = self.add_shape(Shape::Mesh(Mesh::default()));
+                back.shape = self.desc.add(Shape::Mesh(Mesh::default()));
                 let target = back.shape;
                 self.after_loading(move |desc: &mut SceneDesc| {
                     let mesh = &desc.shapes[source.index()];
@@ -308,14 +278,4 @@ fn moved_along_normals(shape: &Shape, world: &Affine3A, side: f32) -> Shape {
         *p -= *n * (side * BACK_DISTANCE * extent / scale);
     }
     Shape::Mesh(moved)
-}
-
-/// Whether two shapes have the same material and transform.
-fn same_surface(a: &MaterialRef, b: &MaterialRef) -> bool {
-    match (a, b) {
-        (MaterialRef::Default, MaterialRef::Default) => true,
-        (MaterialRef::Index(a), MaterialRef::Index(b)) => a == b,
-        (MaterialRef::Named(a), MaterialRef::Named(b)) => a.value == b.value,
-        _ => false,
-    }
 }

@@ -1,10 +1,11 @@
 //! Spheres, disks, cylinders and the quadrics of PBRT v3. Whole ones are analytic where the core has the form, parts are tessellated.
 
-use super::super::Builder;
+use super::super::super::description::{Additions, add};
+use super::super::super::parameters::Numbers;
+use super::super::builder::Builder;
 use super::super::entities::{MaterialRef, ShapeEntity};
 use super::super::transforms::mirrors;
-use super::Geometry;
-use super::tessellation::grid;
+use super::tessellation::{Geometry, grid};
 use manylight::geometry::{Mesh, Shape};
 use manylight::math::{Affine3A, Vec3};
 use std::f32::consts::TAU;
@@ -17,25 +18,25 @@ const ALONG_STRAIGHT: usize = 8;
 
 impl Builder<'_> {
     /// The angle `phimax` in radians.
-    fn phi_max(&self, shape: &ShapeEntity) -> f32 {
+    fn phi_max(&self, shape: &ShapeEntity<'_>) -> f32 {
         let inside = |angle| angle > 0.0 && angle <= 360.0;
         let params = &shape.entity.params;
         params
-            .float_where(self.sink, "phimax", 360.0, inside, "in (0, 360]")
+            .float_where("phimax", 360.0, inside, "in (0, 360]")
             .to_radians()
     }
 
-    fn radius(&self, shape: &ShapeEntity) -> f32 {
+    fn radius(&self, shape: &ShapeEntity<'_>) -> f32 {
         let params = &shape.entity.params;
-        params.float_where(self.sink, "radius", 1.0, |radius| radius > 0.0, "positive")
+        params.float_where("radius", 1.0, |radius| radius > 0.0, "positive")
     }
 
-    pub(super) fn sphere(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn sphere(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         let radius = self.radius(shape);
         let clamped = |z: f32| z.clamp(-radius, radius);
-        let a = clamped(params.float(self.sink, "zmin", -radius));
-        let b = clamped(params.float(self.sink, "zmax", radius));
+        let a = clamped(params.float("zmin", -radius));
+        let b = clamped(params.float("zmax", radius));
         let (low, high) = (a.min(b), a.max(b));
         let phi_max = self.phi_max(shape);
         if low == -radius && high == radius && phi_max == TAU {
@@ -44,7 +45,7 @@ impl Builder<'_> {
             // A reflection of z, so that v grows with z as in PBRT.
             let upward = Affine3A::from_scale(Vec3::new(1.0, 1.0, -1.0));
             return Some(Geometry {
-                shape: self.add_shape(Shape::Sphere { center, radius }),
+                shape: self.desc.add(Shape::Sphere { center, radius }),
                 world_from_object: world * upward,
                 // The normals of mirrored spheres point inwards.
                 is_reversed: !mirrors(shape.entity.transform),
@@ -60,12 +61,11 @@ impl Builder<'_> {
         self.add_tessellated(shape, mesh)
     }
 
-    pub(super) fn disk(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn disk(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         let radius = self.radius(shape);
-        let height = params.float(self.sink, "height", 0.0);
+        let height = params.float("height", 0.0);
         let inner = params.float_where(
-            self.sink,
             "innerradius",
             0.0,
             |inner| inner >= 0.0 && inner < radius,
@@ -75,15 +75,15 @@ impl Builder<'_> {
         let is_whole = inner == 0.0 && phi_max == TAU;
         if is_whole && !self.is_textured(shape) {
             let world = self.world_of_shape(shape)?;
-            let id = match self.shapes.disk {
-                Some(id) => id,
-                None => self.add_shape(Shape::Disk),
-            };
-            self.shapes.disk = Some(id);
+            let shapes = &mut self.desc.shapes;
+            let disk = self
+                .made
+                .disk
+                .get_or_insert_with(|| add(shapes, Shape::Disk));
             let placed = Affine3A::from_translation(Vec3::new(0.0, 0.0, height))
                 * Affine3A::from_scale(Vec3::new(radius, radius, radius));
             return Some(Geometry {
-                shape: id,
+                shape: *disk,
                 world_from_object: world * placed,
                 is_reversed: false,
             });
@@ -97,20 +97,20 @@ impl Builder<'_> {
     }
 
     /// Whether the shape has an opacity or a material of which parts may be textures.
-    fn is_textured(&self, shape: &ShapeEntity) -> bool {
+    fn is_textured(&self, shape: &ShapeEntity<'_>) -> bool {
         !self.desc.textures.is_empty()
             && shape.area_light.is_none()
             && !matches!(shape.material, MaterialRef::Default)
     }
 
-    pub(super) fn cylinder(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn cylinder(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         let radius = self.radius(shape);
-        let a = params.float(self.sink, "zmin", -1.0);
-        let b = params.float(self.sink, "zmax", 1.0);
+        let a = params.float("zmin", -1.0);
+        let b = params.float("zmax", 1.0);
         let (low, high) = (a.min(b), a.max(b));
         if low == high {
-            params.refuse_pair(self.sink, "zmin", "zmax");
+            params.refuse_pair("zmin", "zmax");
             return None;
         }
         let phi_max = self.phi_max(shape);
@@ -122,7 +122,7 @@ impl Builder<'_> {
                 radius,
             };
             return Some(Geometry {
-                shape: self.add_shape(shape),
+                shape: self.desc.add(shape),
                 world_from_object,
                 is_reversed: false,
             });
@@ -135,24 +135,24 @@ impl Builder<'_> {
     }
 
     /// Cones, paraboloids and hyperboloids.
-    pub(super) fn old_quadric(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn old_quadric(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         let phi_max = self.phi_max(shape);
         let mesh = match params.plugin.value.as_str() {
             "cone" => {
                 let radius = self.radius(shape);
-                let height = params.float_where(self.sink, "height", 1.0, |h| h > 0.0, "positive");
+                let height = params.float_where("height", 1.0, |h| h > 0.0, "positive");
                 revolved(phi_max, ALONG_STRAIGHT, |v| {
                     ([radius * (1.0 - v), height * v], [height, radius])
                 })
             }
             "paraboloid" => {
                 let radius = self.radius(shape);
-                let a = params.float(self.sink, "zmin", 0.0);
-                let b = params.float(self.sink, "zmax", 1.0);
+                let a = params.float("zmin", 0.0);
+                let b = params.float("zmax", 1.0);
                 let (low, high) = (a.min(b).max(0.0), a.max(b));
                 if high <= low {
-                    params.refuse_pair(self.sink, "zmin", "zmax");
+                    params.refuse_pair("zmin", "zmax");
                     return None;
                 }
                 revolved(phi_max, ALONG, |v| {
@@ -162,8 +162,8 @@ impl Builder<'_> {
                 })
             }
             _ => {
-                let p1 = params.point3(self.sink, "p1", Vec3::ZERO);
-                let p2 = params.point3(self.sink, "p2", Vec3::ONE);
+                let p1 = params.point3("p1", Vec3::ZERO);
+                let p2 = params.point3("p2", Vec3::ONE);
                 // A line segment that turns around z. The normal is that of the cross product of the two tangents.
                 grid([around(phi_max), ALONG], |u, v| {
                     let p = p1.lerp(p2, v);

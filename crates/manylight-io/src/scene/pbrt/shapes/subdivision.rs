@@ -3,9 +3,10 @@
 //! Source: Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; limit positions and tangents as in Pharr, Jakob, Humphreys,
 //! "Physically Based Rendering", 3rd edition, section 3.8.
 
-use super::super::Builder;
+use super::super::super::parameters::Parameters;
+use super::super::builder::Builder;
 use super::super::entities::ShapeEntity;
-use super::Geometry;
+use super::tessellation::Geometry;
 use manylight::geometry::Mesh;
 use manylight::math::Vec3;
 use std::collections::HashMap;
@@ -21,7 +22,7 @@ const MANY_LEVELS: i32 = 7;
 const MAX_TRIANGLES_OF_MANY_LEVELS: usize = 1 << 20;
 
 impl Builder<'_> {
-    pub(super) fn subdivision_surface(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+    pub(super) fn subdivision_surface(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         params.ignore(&["scheme"]);
         let name = if params.has("nlevels") {
@@ -29,12 +30,12 @@ impl Builder<'_> {
         } else {
             "levels"
         };
-        let levels = params.integer(self.sink, name, 3, 0);
+        let levels = params.integer(name, 3, 0);
         let mesh = self.triangle_list(shape)?;
         let result = mesh.triangles.len() << (2 * levels.clamp(0, MAX_LEVELS));
         if levels > MAX_LEVELS || result > MAX_TRIANGLES {
             let required = format!("at most {MAX_LEVELS}, with at most {MAX_TRIANGLES} triangles");
-            params.refuse(self.sink, params.get(name)?, &required);
+            params.refuse_named(name, &required);
             return None;
         }
         if levels >= MANY_LEVELS {
@@ -43,7 +44,7 @@ impl Builder<'_> {
                 let required = format!(
                     "less than {MANY_LEVELS}, or at most {MAX_TRIANGLES_OF_MANY_LEVELS} triangles of such surfaces in all"
                 );
-                params.refuse(self.sink, params.get(name)?, &required);
+                params.refuse_named(name, &required);
                 return None;
             }
         }

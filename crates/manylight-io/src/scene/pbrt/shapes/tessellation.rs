@@ -1,7 +1,27 @@
-//! Meshes of parametric surfaces.
+//! The geometry of shapes, and meshes of parametric surfaces.
 
 use manylight::geometry::Mesh;
-use manylight::math::{Vec2, Vec3};
+use manylight::ids::ShapeId;
+use manylight::math::{Affine3A, Vec2, Vec3};
+
+/// The geometry of a shape with its transform.
+pub(super) struct Geometry {
+    pub(super) shape: ShapeId,
+    pub(super) world_from_object: Affine3A,
+    /// Whether the normals of the core point to the other side than those of PBRT.
+    pub(super) is_reversed: bool,
+}
+
+/// Appends a mesh.
+pub(super) fn append(mesh: &mut Mesh, piece: Mesh) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(piece.positions);
+    mesh.normals.extend(piece.normals);
+    mesh.uvs.extend(piece.uvs);
+    let moved = piece.triangles.into_iter();
+    mesh.triangles
+        .extend(moved.map(|triangle| triangle.map(|i| i + first)));
+}
 
 /// A mesh of `n[0]` x `n[1]` quadrilaterals over the unit square of (u, v), each split into two triangles. `surface` gives position and
 /// normal at (u, v); the texture coordinates are (u, v).

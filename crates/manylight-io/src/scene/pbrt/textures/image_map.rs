@@ -1,20 +1,23 @@
 //! Image textures.
 
-use super::super::super::assets::{Decode, ImageUse};
-use super::super::super::files::find_external_file;
+use super::super::super::assets::Decode;
+use super::super::super::description::{Additions, bitmap, flip_v, set_image};
+use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::sink::Problem;
-use super::super::Builder;
+use super::super::builder::Builder;
 use super::super::entities::Entity;
 use crate::image::Transfer;
-use manylight::ids::TextureId;
 use manylight::image::Image;
-use manylight::math::{Mat3, Vec3};
 use manylight::scene::SceneDesc;
-use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, Wrap};
+use manylight::texture::{ColorInput, Filtering, Wrap};
 use std::path::Path;
 
 impl Builder<'_> {
-    pub(super) fn image_map(&mut self, entity: &Entity, is_spectrum: bool) -> Option<ColorInput> {
+    pub(super) fn image_map(
+        &mut self,
+        entity: &Entity<'_>,
+        is_spectrum: bool,
+    ) -> Option<ColorInput> {
         let params = &entity.params;
         params.ignore(&["maxanisotropy", "trilinear"]);
         let filters = [
@@ -24,44 +27,46 @@ impl Builder<'_> {
             ("EWA", Filtering::Bilinear),
             ("point", Filtering::Nearest),
         ];
-        let filtering = params.choice(self.sink, "filter", Filtering::Bilinear, &filters);
+        let filtering = params.choice("filter", Filtering::Bilinear, &filters);
         let wrap = self.wrap(entity);
-        // v points up in PBRT, down in images.
-        let flip = Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0));
         let mapping = self.mapping(entity);
-        let uv_transform = flip * mapping.uv_transform;
-        let scale = params.float(self.sink, "scale", 1.0);
-        let invert = params.boolean(self.sink, "invert", false);
-        let name = params.required_string(self.sink, "filename")?;
+        // v points up in PBRT.
+        let uv_transform = flip_v() * mapping.uv_transform;
+        let scale = params.float("scale", 1.0);
+        let invert = params.boolean("invert", false);
+        let name = params.required_string("filename")?;
         let transfer = self.transfer(entity, &name.value);
-        let path = find_external_file(self.sink, &entity.folders, name, "texture")?;
+        let path = entity.find_file(name, "texture")?;
         let key = format!(
             "{} {filtering:?} {wrap:?} {mapping:?} {scale} {invert} {transfer:?} {is_spectrum}",
             path.display()
         );
-        if let Some(texture) = self.bitmaps.get(&key) {
+        if let Some(texture) = self.made.bitmaps.get(&key) {
             return Some(ColorInput::Texture(*texture));
         }
-        let texture = self.add_texture(Texture::Bitmap(Bitmap {
-            image: Image::default(),
-            filtering,
-            wrap: [wrap; 2],
-            uv_transform,
-        }));
+        let bitmap = bitmap(filtering, [wrap; 2], uv_transform);
+        let texture = self.desc.add(bitmap);
         let decode = if is_spectrum || self.is_v3 {
             Decode::Color(transfer)
         } else {
             Decode::Float(transfer)
         };
-        let use_image = store_edited(texture, scale, invert, is_spectrum);
-        self.assets
-            .add_image_use(path, decode, name.span, use_image);
+        // Scaled and then inverted. Values of spectra are clamped to [0, 1].
+        let edit = move |v: f32| {
+            let v = if invert { 1.0 - v * scale } else { v * scale };
+            if is_spectrum { v.clamp(0.0, 1.0) } else { v }
+        };
+        let store = move |desc: &mut SceneDesc, mut image: Image| {
+            image.data.iter_mut().for_each(|v| *v = edit(*v));
+            set_image(&mut desc.textures, texture, image);
+        };
+        self.assets.add_image_use(path, decode, name.span, store);
         let mapped = self.at_mapped_uv(mapping, texture);
-        self.bitmaps.insert(key, mapped);
+        self.made.bitmaps.insert(key, mapped);
         Some(ColorInput::Texture(mapped))
     }
 
-    fn wrap(&self, entity: &Entity) -> Wrap {
+    fn wrap(&self, entity: &Entity<'_>) -> Wrap {
         let choices = [
             ("repeat", Wrap::Repeat),
             ("clamp", Wrap::Clamp),
@@ -69,30 +74,28 @@ impl Builder<'_> {
             ("octahedralsphere", Wrap::Clamp),
         ];
         let params = &entity.params;
-        let wrap = params.choice(self.sink, "wrap", Wrap::Repeat, &choices);
-        if let Some(name) = params.string(self.sink, "wrap")
+        let wrap = params.choice("wrap", Wrap::Repeat, &choices);
+        if let Some(name) = params.string("wrap")
             && matches!(name.value.as_str(), "black" | "octahedralsphere")
         {
-            let message = format!(
-                "wrap mode `{}` is not supported; it is replaced by `clamp`",
-                name.value
-            );
-            let problem = Problem::new("scene::unsupported", name.span, message);
-            self.sink.warn_once(format!("wrap {}", name.value), problem);
+            let mode = &name.value;
+            let message = format!("wrap mode `{mode}` is not supported; it is replaced by `clamp`");
+            self.sink
+                .unsupported(format!("wrap {mode}"), name.span, message);
         }
         wrap
     }
 
     /// The transfer function. `encoding` concerns PNG files; other integer formats are sRGB.
-    fn transfer(&self, entity: &Entity, file: &str) -> Transfer {
+    fn transfer(&self, entity: &Entity<'_>, file: &str) -> Transfer {
         let params = &entity.params;
         let is_png = Path::new(file)
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-        if params.has("gamma") && !params.boolean(self.sink, "gamma", true) {
+        if params.has("gamma") && !params.boolean("gamma", true) {
             return Transfer::Raw;
         }
-        let Some(encoding) = params.string(self.sink, "encoding") else {
+        let Some(encoding) = params.string("encoding") else {
             return Transfer::Auto;
         };
         let gamma = encoding.value.strip_prefix("gamma ").map(str::trim);
@@ -110,18 +113,4 @@ impl Builder<'_> {
         };
         if is_png { transfer } else { Transfer::Auto }
     }
-}
-
-/// Stores an image in the bitmap `texture`, scaled and then inverted. Values of spectra are clamped to [0, 1].
-fn store_edited(texture: TextureId, scale: f32, invert: bool, is_spectrum: bool) -> ImageUse {
-    Box::new(move |desc: &mut SceneDesc, mut image: Image| {
-        let edit = |v: f32| {
-            let v = if invert { 1.0 - v * scale } else { v * scale };
-            if is_spectrum { v.clamp(0.0, 1.0) } else { v }
-        };
-        image.data.iter_mut().for_each(|v| *v = edit(*v));
-        if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-            bitmap.image = image;
-        }
-    })
 }

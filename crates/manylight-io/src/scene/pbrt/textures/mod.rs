@@ -3,17 +3,18 @@
 mod image_map;
 mod solid;
 
+use super::super::description::{Additions, as_color, as_float, product};
+use super::super::parameters::{Numbers, Parameters, unresolved};
 use super::super::sink::{Problem, Text};
-use super::Builder;
+use super::builder::Builder;
 use super::colors::ColorUse;
 use super::entities::{Entity, Named, TextureEntity};
 use super::param_types::{Param, ParamType, Values};
-use crate::resolve::similar;
 use manylight::color::Rgb;
-use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Pattern, Texture, Wrap};
+use std::collections::HashMap;
 
 pub(super) const SUPPORTED: &[&str] = &[
     "bilerp",
@@ -34,27 +35,22 @@ const SUBSTITUTES: [&str; 2] = ["directionmix", "ptex"];
 
 impl Builder<'_> {
     /// Defines a texture.
-    pub(super) fn texture(&mut self, named: &Named<TextureEntity>) {
+    pub(super) fn texture(&mut self, named: &Named<TextureEntity<'_>>) {
         let TextureEntity {
             is_spectrum,
             entity,
         } = &named.value;
         let input = self.texture_input(entity, *is_spectrum);
-        self.finish(entity);
+        entity.params.finish(self.is_v3);
         let name = named.name.value.clone();
         if *is_spectrum {
-            self.spectrum_textures.insert(name, input);
+            self.made.spectrum_textures.insert(name, input);
         } else {
-            self.float_textures.insert(name, gray(input));
+            self.made.float_textures.insert(name, as_float(input));
         }
     }
 
-    fn add_texture(&mut self, texture: Texture) -> TextureId {
-        self.desc.textures.push(texture);
-        TextureId::from(self.desc.textures.len() - 1)
-    }
-
-    fn texture_input(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+    fn texture_input(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let params = &entity.params;
         let mut input = |name, default| self.nested_input(entity, is_spectrum, name, default);
         match params.plugin.value.as_str() {
@@ -65,14 +61,14 @@ impl Builder<'_> {
                     (input("tex1", 1.0), input("tex2", 1.0))
                 } else {
                     let first = input("tex", 1.0);
-                    (first, self.float_as_color(entity, "scale", 1.0))
+                    (first, as_color(self.float_input(entity, "scale", 1.0)))
                 };
-                self.product(first, second)
+                product(&mut self.desc.textures, first, second)
             }
             "mix" => {
                 let (first, second) = (input("tex1", 0.0), input("tex2", 1.0));
                 let weight = self.float_input(entity, "amount", 0.5);
-                ColorInput::Texture(self.add_texture(Texture::Mix {
+                ColorInput::Texture(self.desc.add(Texture::Mix {
                     first,
                     second,
                     weight,
@@ -94,7 +90,7 @@ impl Builder<'_> {
     /// The value of a texture's parameter: a number, a color or another texture.
     fn nested_input(
         &mut self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         is_spectrum: bool,
         name: &'static str,
         default: f32,
@@ -103,39 +99,15 @@ impl Builder<'_> {
             self.color_input(entity, name, ColorUse::Reflectance)
                 .unwrap_or(ColorInput::Constant(Rgb::splat(default)))
         } else {
-            self.float_as_color(entity, name, default)
+            as_color(self.float_input(entity, name, default))
         }
     }
 
-    fn float_as_color(&mut self, entity: &Entity, name: &'static str, default: f32) -> ColorInput {
-        match self.float_input(entity, name, default) {
-            FloatInput::Constant(value) => ColorInput::Constant(Rgb::splat(value)),
-            FloatInput::Texture(id) => ColorInput::Texture(id),
-        }
-    }
-
-    fn product(&mut self, input: ColorInput, factor: ColorInput) -> ColorInput {
-        match (input, factor) {
-            (ColorInput::Constant(a), ColorInput::Constant(b)) => ColorInput::Constant(a * b),
-            (other, ColorInput::Constant(Rgb::WHITE))
-            | (ColorInput::Constant(Rgb::WHITE), other) => other,
-            _ => ColorInput::Texture(self.add_texture(Texture::Product {
-                first: input,
-                second: factor,
-            })),
-        }
-    }
-
-    /// `input` times a constant.
-    pub(super) fn scaled(&mut self, input: ColorInput, factor: f32) -> ColorInput {
-        self.product(input, ColorInput::Constant(Rgb::splat(factor)))
-    }
-
-    fn checkerboard(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+    fn checkerboard(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let first = self.nested_input(entity, is_spectrum, "tex1", 1.0);
         let second = self.nested_input(entity, is_spectrum, "tex2", 0.0);
         // Evaluation as a number swaps the cells of checkerboards in the plane.
-        let dimension = entity.params.integer(self.sink, "dimension", 2, 2);
+        let dimension = entity.params.integer("dimension", 2, 2);
         if dimension == 3 {
             let cells = Pattern::Cells {
                 color0: first,
@@ -151,7 +123,7 @@ impl Builder<'_> {
         } else {
             (second, first)
         };
-        let board = self.add_texture(Texture::Checkerboard {
+        let board = self.desc.add(Texture::Checkerboard {
             color0,
             color1,
             uv_transform,
@@ -160,7 +132,7 @@ impl Builder<'_> {
     }
 
     /// Four values at the corners of the unit square, as an image of 2 x 2 texels.
-    fn bilerp(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+    fn bilerp(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let corners = [("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)];
         let mut data = Vec::new();
         for (name, default) in corners {
@@ -183,12 +155,12 @@ impl Builder<'_> {
             wrap: [Wrap::Clamp; 2],
             uv_transform: centers * mapping.uv_transform,
         };
-        let square = self.add_texture(Texture::Bitmap(bitmap));
+        let square = self.desc.add(Texture::Bitmap(bitmap));
         ColorInput::Texture(self.at_mapped_uv(mapping, square))
     }
 
     /// The substitute of a class that is not supported: the mean of its inputs, with one warning. Unknown classes are reported.
-    fn constant_texture(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+    fn constant_texture(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let params = &entity.params;
         if !SUBSTITUTES.contains(&params.plugin.value.as_str()) {
             let known = SUPPORTED.iter().chain(&SUBSTITUTES);
@@ -208,7 +180,7 @@ impl Builder<'_> {
         if let (ColorInput::Constant(a), ColorInput::Constant(b)) = (first, second) {
             return ColorInput::Constant(a.lerp(b, 0.5));
         }
-        ColorInput::Texture(self.add_texture(Texture::Mix {
+        ColorInput::Texture(self.desc.add(Texture::Mix {
             first,
             second,
             weight: FloatInput::Constant(0.5),
@@ -219,7 +191,7 @@ impl Builder<'_> {
     fn referenced<T: Copy>(
         &self,
         param: &Param,
-        textures: &std::collections::HashMap<String, T>,
+        textures: &HashMap<String, T>,
         kind: &str,
     ) -> Option<T> {
         let Values::Strings(names) = &param.values else {
@@ -227,8 +199,7 @@ impl Builder<'_> {
         };
         let [name] = names.as_slice() else {
             let message = format!("`{}` must be the name of one texture", param.name.value);
-            self.sink
-                .error(Problem::new("scene::bad_value", param.span, message));
+            self.sink.error_at("scene::bad_value", param.span, message);
             return None;
         };
         let found = textures.get(&name.value);
@@ -240,67 +211,53 @@ impl Builder<'_> {
 
     fn unknown_texture<'n>(&self, name: &Text, known: impl Iterator<Item = &'n str>, kind: &str) {
         let other_kind = match kind {
-            "float" => self.spectrum_textures.contains_key(&name.value),
-            _ => self.float_textures.contains_key(&name.value),
-        };
-        let mut known: Vec<&str> = known.collect();
-        known.sort_unstable();
-        let help = if other_kind {
-            Some("the texture with this name has the other type".to_owned())
-        } else {
-            similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"))
+            "float" => self.made.spectrum_textures.contains_key(&name.value),
+            _ => self.made.float_textures.contains_key(&name.value),
         };
         let message = format!("no {kind} texture has the name `{}`", name.value);
-        let problem = Problem::new("scene::unresolved_reference", name.span, message);
-        self.sink.error(problem.maybe_help(help));
+        let problem = unresolved(name, message, known);
+        self.sink.error(if other_kind {
+            problem.help("the texture with this name has the other type")
+        } else {
+            problem
+        });
     }
 
     /// The parameter `name` as a color or texture, if it is given.
     pub(super) fn color_input(
         &mut self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         name: &'static str,
         color_use: ColorUse,
     ) -> Option<ColorInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(param, &self.spectrum_textures, "spectrum");
+            return self.referenced(param, &self.made.spectrum_textures, "spectrum");
         }
-        self.color(entity, name, color_use)
-            .map(ColorInput::Constant)
+        entity.color(name, color_use).map(ColorInput::Constant)
     }
 
     /// The parameter `name` as a number or texture, if it is given.
     pub(super) fn maybe_float_input(
         &self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         name: &'static str,
     ) -> Option<FloatInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(param, &self.float_textures, "float");
+            return self.referenced(param, &self.made.float_textures, "float");
         }
-        entity
-            .params
-            .maybe_float(self.sink, name)
-            .map(FloatInput::Constant)
+        let value = entity.params.maybe_float(name);
+        value.map(FloatInput::Constant)
     }
 
     pub(super) fn float_input(
         &self,
-        entity: &Entity,
+        entity: &Entity<'_>,
         name: &'static str,
         default: f32,
     ) -> FloatInput {
         self.maybe_float_input(entity, name)
             .unwrap_or(FloatInput::Constant(default))
-    }
-}
-
-/// A float texture's input as a number.
-fn gray(input: ColorInput) -> FloatInput {
-    match input {
-        ColorInput::Constant(color) => FloatInput::Constant(color.r),
-        ColorInput::Texture(id) => FloatInput::Texture(id),
     }
 }

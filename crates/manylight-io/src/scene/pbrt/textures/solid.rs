@@ -1,6 +1,8 @@
 //! Textures by position: patterns in space, and mappings other than `uv`.
 
-use super::super::Builder;
+use super::super::super::description::Additions;
+use super::super::super::parameters::{Numbers, Parameters};
+use super::super::builder::Builder;
 use super::super::entities::Entity;
 use manylight::ids::TextureId;
 use manylight::math::{Affine3A, Mat3, Vec2, Vec3};
@@ -11,11 +13,11 @@ const MAX_OCTAVES: i32 = 24;
 
 impl Builder<'_> {
     /// A pattern of noise; `None` if the class is none of them.
-    pub(super) fn noise(&mut self, entity: &Entity) -> Option<ColorInput> {
+    pub(super) fn noise(&mut self, entity: &Entity<'_>) -> Option<ColorInput> {
         let params = &entity.params;
         let octaves = || {
-            let octaves = params.integer(self.sink, "octaves", 8, 0).min(MAX_OCTAVES);
-            let roughness = params.float(self.sink, "roughness", 0.5);
+            let octaves = params.integer("octaves", 8, 0).min(MAX_OCTAVES);
+            let roughness = params.float("roughness", 0.5);
             (octaves as u32, roughness)
         };
         let mut scale = 1.0;
@@ -31,11 +33,11 @@ impl Builder<'_> {
             "windy" => Pattern::Windy,
             "marble" => {
                 let (octaves, roughness) = octaves();
-                scale = params.float(self.sink, "scale", 1.0);
+                scale = params.float("scale", 1.0);
                 Pattern::Marble {
                     octaves,
                     roughness,
-                    variation: params.float(self.sink, "variation", 0.2),
+                    variation: params.float("variation", 0.2),
                 }
             }
             _ => return None,
@@ -44,21 +46,26 @@ impl Builder<'_> {
     }
 
     /// A pattern in the space in which the texture is defined, scaled.
-    pub(super) fn solid(&mut self, entity: &Entity, scale: f32, pattern: Pattern) -> ColorInput {
+    pub(super) fn solid(
+        &mut self,
+        entity: &Entity<'_>,
+        scale: f32,
+        pattern: Pattern,
+    ) -> ColorInput {
         let scaled = Affine3A::from_scale(Vec3::splat(scale));
         let pattern_from_world = scaled * self.world_from(entity).inverse();
-        ColorInput::Texture(self.add_texture(Texture::Solid(Solid {
+        ColorInput::Texture(self.desc.add(Texture::Solid(Solid {
             pattern_from_world,
             pattern,
         })))
     }
 
     /// Discs, of which noise decides the places.
-    pub(super) fn dots(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+    pub(super) fn dots(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let inside = self.nested_input(entity, is_spectrum, "inside", 1.0);
         let outside = self.nested_input(entity, is_spectrum, "outside", 0.0);
         let mapping = self.mapping(entity);
-        let dots = self.add_texture(Texture::Dots {
+        let dots = self.desc.add(Texture::Dots {
             inside,
             outside,
             uv_transform: mapping.uv_transform,
@@ -67,11 +74,11 @@ impl Builder<'_> {
     }
 
     /// The texture coordinates at which a texture is looked up.
-    pub(super) fn mapping(&self, entity: &Entity) -> Mapping {
+    pub(super) fn mapping(&self, entity: &Entity<'_>) -> Mapping {
         let params = &entity.params;
-        let number = |name, default| params.float(self.sink, name, default);
+        let number = |name, default| params.float(name, default);
         let offset = Vec2::new(number("udelta", 0.0), number("vdelta", 0.0));
-        let vector = |name, default| params.point3(self.sink, name, default);
+        let vector = |name, default| params.point3(name, default);
         let kinds = [
             ("uv", None),
             ("spherical", Some(ProjectionKind::Spherical)),
@@ -85,7 +92,7 @@ impl Builder<'_> {
             ),
         ];
         let scale = Vec2::new(number("uscale", 1.0), number("vscale", 1.0));
-        match params.choice(self.sink, "mapping", None, &kinds) {
+        match params.choice("mapping", None, &kinds) {
             None => Mapping {
                 uv_transform: Mat3::from_cols(
                     Vec3::X * scale.x,
@@ -107,7 +114,7 @@ impl Builder<'_> {
     /// `inner` at the texture coordinates of a mapping, of which it has the transform already.
     pub(super) fn at_mapped_uv(&mut self, mapping: Mapping, inner: TextureId) -> TextureId {
         match mapping.projection {
-            Some(projection) => self.add_texture(Texture::Projected { projection, inner }),
+            Some(projection) => self.desc.add(Texture::Projected { projection, inner }),
             None => inner,
         }
     }

@@ -1,6 +1,17 @@
-//! What a glTF file does not say.
+//! Options of loading scenes.
 
 use std::path::PathBuf;
+
+/// Options of loading.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of the file.
+    pub defines: Vec<(String, String)>,
+    /// Whether the first warning is an error.
+    pub strict: bool,
+    /// Options for glTF scenes. Options that differ from the default are errors for scenes of other formats.
+    pub gltf: GltfOptions,
+}
 
 /// Options of loading glTF scenes.
 #[derive(Clone, Debug, PartialEq)]

@@ -42,7 +42,7 @@ pub(in super::super) fn decode(json: &Json<'_>, bytes: &[u8]) -> Option<Vec<u8>>
         ("TRIANGLES", 2) if count.is_multiple_of(3) => indices16(decode_index_buffer(bytes, count)),
         ("TRIANGLES", 4) if count.is_multiple_of(3) => indices32(decode_index_buffer(bytes, count)),
         ("TRIANGLES", 2 | 4) => {
-            json.error_at("count", format!("found {count}, expected a multiple of 3"));
+            json.unexpected("count", count, "a multiple of 3");
             return None;
         }
         ("INDICES", 2) => indices16(decode_index_sequence(bytes, count)),

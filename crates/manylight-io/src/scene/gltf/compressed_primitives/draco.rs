@@ -16,10 +16,7 @@ pub(super) fn decode<'a>(
     accessors: &Accessors<'a, '_>,
 ) -> Option<Decoded> {
     if let Some(mode) = primitive.unsigned("mode").filter(|mode| *mode != 4) {
-        primitive.error_at(
-            "mode",
-            format!("found {mode}, expected 4 (triangles) in compressed geometry"),
-        );
+        primitive.unexpected("mode", mode, "4 (triangles) in compressed geometry");
         return None;
     }
     let mesh = decode_mesh(extension, accessors)?;
@@ -54,10 +51,7 @@ pub(super) fn decode<'a>(
 }
 
 fn decode_mesh<'a>(extension: &Json<'a>, accessors: &Accessors<'a, '_>) -> Option<Mesh> {
-    if !extension.has("bufferView") {
-        extension.error("the property `bufferView` is missing");
-        return None;
-    }
+    extension.check_given("bufferView")?;
     let view = extension.index("bufferView", "bufferViews", accessors.document.views.len())?;
     let data = accessors.buffers.view(view)?;
     let mut limits = DecodeLimits::default();

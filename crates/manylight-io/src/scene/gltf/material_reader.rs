@@ -1,0 +1,109 @@
+//! Colors, numbers and opacities of a material, with their textures.
+
+use super::super::description::{WHITE, as_color};
+use super::super::parameters::Numbers;
+use super::document::Document;
+use super::images::Content;
+use super::json::Json;
+use super::textures::{Textures, VertexInputs};
+use manylight::bsdf::Material;
+use manylight::color::Rgb;
+use manylight::ids::TextureId;
+use manylight::texture::{ColorInput, FloatInput};
+
+/// Base color and its parameters before extensions change them.
+pub(super) struct Base {
+    pub(super) color: ColorInput,
+    pub(super) opacity: ColorInput,
+    pub(super) metallic: FloatInput,
+    pub(super) roughness: FloatInput,
+    pub(super) roughness_factor: f32,
+    /// Whether roughness is textured.
+    pub(super) has_roughness_texture: bool,
+    /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
+    pub(super) f0: Option<f32>,
+}
+
+impl Default for Base {
+    /// White metal of roughness 1: the defaults of the specification.
+    fn default() -> Self {
+        Base {
+            color: WHITE,
+            opacity: WHITE,
+            metallic: FloatInput::Constant(1.0),
+            roughness: FloatInput::Constant(1.0),
+            roughness_factor: 1.0,
+            has_roughness_texture: false,
+            f0: None,
+        }
+    }
+}
+
+/// Reads one material.
+pub(super) struct MaterialReader<'a, 'm> {
+    pub(super) document: &'m Document<'a>,
+    pub(super) json: &'m Json<'a>,
+    pub(super) vertices: &'m VertexInputs<'m>,
+    pub(super) list: &'m mut Vec<Material>,
+    pub(super) textures: &'m mut Textures,
+}
+
+impl<'a> MaterialReader<'a, '_> {
+    /// The texture `name` of `json`.
+    pub(super) fn texture(
+        &mut self,
+        json: &Json<'a>,
+        name: &str,
+        content: Content,
+    ) -> Option<TextureId> {
+        let info = json.member(name)?;
+        self.textures
+            .bitmap(self.document, &info, content, self.vertices)
+    }
+
+    /// A color factor times a texture of colors.
+    pub(super) fn color(&mut self, json: &Json<'a>, texture: &str, factor: Rgb) -> ColorInput {
+        let factor = ColorInput::Constant(factor);
+        match self.texture(json, texture, Content::Color) {
+            Some(id) => self.textures.product(factor, ColorInput::Texture(id)),
+            None => factor,
+        }
+    }
+
+    /// Opacity by the alpha mode; white for opaque materials.
+    pub(super) fn opacity(
+        &mut self,
+        json: &Json<'a>,
+        texture: &str,
+        factor: f32,
+        mode: &str,
+    ) -> ColorInput {
+        let visible = |is_visible: bool| {
+            ColorInput::Constant(if is_visible { Rgb::WHITE } else { Rgb::BLACK })
+        };
+        match mode {
+            "OPAQUE" => visible(true),
+            "MASK" => {
+                let cutoff = self.json.float("alphaCutoff", 0.5);
+                match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
+                    Some(id) => ColorInput::Texture(id),
+                    None => visible(factor >= cutoff),
+                }
+            }
+            "BLEND" => {
+                let texture = self.texture(json, texture, Content::Opacity);
+                as_color(self.textures.scaled(factor, texture))
+            }
+            other => {
+                let message = format!("found `{other}`, expected `OPAQUE`, `MASK` or `BLEND`");
+                self.json.error_at("alphaMode", message);
+                visible(true)
+            }
+        }
+    }
+}
+
+/// A color factor of a reflectance, clamped to [0, 1].
+pub(super) fn reflectance(factor: [f32; 3]) -> Rgb {
+    Rgb::from(factor).map(|v| v.clamp(0.0, 1.0))
+}
