@@ -5,7 +5,6 @@ mod attributes;
 mod curve_files;
 mod description;
 mod digest;
-mod expansion;
 mod files;
 mod gltf;
 mod growth;

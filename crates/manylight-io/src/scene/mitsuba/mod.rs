@@ -12,7 +12,6 @@
 //! To add a plugin, add its name to the `SUPPORTED` list of its family (for textures and spectra that of
 //! `family`) and an arm to the `match` there.
 
-mod attributes;
 mod bsdfs;
 mod builder;
 mod colors;

@@ -1,7 +1,7 @@
 //! Runs the statements of a scene file and its included files, and collects the declarations.
 
-use super::super::expansion::Expansion;
 use super::super::files::{find_external_file, identity};
+use super::super::growth::Expansion;
 use super::super::parameters::unresolved;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::colors::ColorSpace;

@@ -6,8 +6,8 @@ mod parameters;
 
 pub(super) use element::{Dialect, XmlElement};
 
-use super::super::expansion::Expansion;
 use super::super::files::{find_file, identity};
+use super::super::growth::Expansion;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::family::PluginFamily;
 use crate::read::read_regular;
