@@ -1,6 +1,6 @@
-//! Bounds for what is made from the data of a file, any number of the parts of which may use the same
-//! data, and for text that is made from other text: included files and parameters. Ten files that each
-//! include the next one ten times make ten thousand million files.
+//! Bounds for what is made from the data of a file, any number of the parts of which may use the
+//! same data, and for text that is made from other text: included files and parameters. Ten files
+//! that each include the next one ten times make ten thousand million files.
 
 use super::sink::{FileSpan, Sink};
 use std::collections::HashSet;
@@ -61,7 +61,8 @@ impl Growth {
         self.given += bytes;
     }
 
-    /// Adds bytes that are made. `message` gets the most bytes that may be made, and the bytes of data.
+    /// Adds bytes that are made. `message` gets the most bytes that may be made, and the bytes of
+    /// data.
     ///
     /// # Errors
     /// The bound is exceeded, now or before.

@@ -29,7 +29,8 @@ const SUBSTITUTES: &[Substitute] = &[
 ];
 
 impl DescBuilder<'_> {
-    /// The texture, added at its first use. `None` if it is invalid or not supported: the default of the parameter replaces it.
+    /// The texture, added at its first use. `None` if it is invalid or not supported: the default
+    /// of the parameter replaces it.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
         let key = self.scoped(id);
         if let Some(texture) = self.made.textures.get(&key) {
@@ -183,7 +184,8 @@ impl DescBuilder<'_> {
         })
     }
 
-    /// The texture with an attribute of the current shape: a texture that is nested in the shape under this name, or values of its mesh.
+    /// The texture with an attribute of the current shape: a texture that is nested in the shape
+    /// under this name, or values of its mesh.
     pub(super) fn mesh_attribute(&mut self, props: &Props<'_>) -> Option<TextureId> {
         let name = if props.plugin().value == "vertexcolors" {
             self.require_v0(props, "use `mesh_attribute`");

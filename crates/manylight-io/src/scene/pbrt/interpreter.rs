@@ -26,7 +26,8 @@ const MAX_BLOCKS: usize = 10_000;
 /// The state of a run.
 pub(super) struct Interpreter<'a> {
     sink: &'a Sink,
-    /// Folders of the scene file and of the current file, in which files are searched in this order.
+    /// Folders of the scene file and of the current file, in which files are searched in this
+    /// order.
     folders: Rc<[PathBuf]>,
     state: GraphicsState<'a>,
     stack: Vec<(Block, FileSpan, GraphicsState<'a>)>,
