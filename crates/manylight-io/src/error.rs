@@ -1,4 +1,5 @@
-//! Errors and warnings of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
+//! Errors and warnings of scene files, with their locations. A program reads the fields; [`miette`]
+//! prints them with an excerpt of the file.
 
 use crate::shown::shown_path;
 use crate::source_text::SourceText;
@@ -26,7 +27,8 @@ pub enum LoadErrorKind {
     FileSystem,
     /// An option does not apply to the format of the scene: exit code 2.
     Option,
-    /// A warning that [`LoadOptions::strict`](crate::LoadOptions::strict) turned into an error: exit code 6.
+    /// A warning that [`LoadOptions::strict`](crate::LoadOptions::strict) turned into an error:
+    /// exit code 6.
     Strict,
 }
 
@@ -41,7 +43,8 @@ pub struct Location {
 }
 
 impl Location {
-    /// The location of the bytes `span` of `source`, which is the content of `path`; `label` is printed at the excerpt.
+    /// The location of the bytes `span` of `source`, which is the content of `path`; `label` is
+    /// printed at the excerpt.
     pub(crate) fn new(
         path: &Path,
         source: &Arc<SourceText>,
@@ -155,8 +158,8 @@ impl miette::Diagnostic for Diagnostic {
     }
 }
 
-/// The error that prevents loading a scene. `Display` gives the message alone; printed as a [`miette::Diagnostic`], it also
-/// shows location, excerpt and help.
+/// The error that prevents loading a scene. `Display` gives the message alone; printed as a
+/// [`miette::Diagnostic`], it also shows location, excerpt and help.
 #[derive(Clone, Debug, miette::Diagnostic)]
 #[diagnostic(transparent)]
 pub struct LoadError {

@@ -1,6 +1,7 @@
 //! Errors of mesh, image and spectrum files.
 //!
-//! Parsers work on bytes and return a `Fault`; public functions add the path and return a [`FileError`].
+//! Parsers work on bytes and return a `Fault`; public functions add the path and return a
+//! [`FileError`].
 
 use crate::read::read_regular;
 use crate::shown::shown_path;

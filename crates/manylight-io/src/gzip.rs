@@ -8,8 +8,8 @@ pub(crate) fn is_packed(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1F, 0x8B])
 }
 
-/// Most bytes that `compressed` bytes of deflate may expand to. The format allows 1032 times as many, with which a small file fills the
-/// memory; scenes and meshes reach a tenth.
+/// Most bytes that `compressed` bytes of deflate may expand to. The format allows 1032 times as
+/// many, with which a small file fills the memory; scenes and meshes reach a tenth.
 pub(crate) fn most_unpacked(compressed: usize) -> u64 {
     /// Most times that a large file may expand.
     const RATIO: u64 = 256;

@@ -1,18 +1,21 @@
 //! Files of the many-light renderer `manylight`: scenes, meshes, images, spectra and skies.
 //!
-//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3; PBRT, versions 3 and 4; or glTF 2.0) into a
-//! [`SceneDesc`](manylight::scene::SceneDesc), the description that [`manylight`] renders. [`image::write_image`] writes the
-//! result. Names, defaults and meanings of scene files are those of Mitsuba 3.9 and PBRT v4; [`supported`] lists the plugins.
-//! [`GltfOptions`] says what glTF files do not.
+//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3; PBRT, versions 3 and 4; or
+//! glTF 2.0) into a [`SceneDesc`](manylight::scene::SceneDesc), the description that [`manylight`]
+//! renders. [`image::write_image`] writes the result. Names, defaults and meanings of scene files
+//! are those of Mitsuba 3.9 and PBRT v4; [`supported`] lists the plugins. [`GltfOptions`] says what
+//! glTF files do not.
 //!
 //! # Promises
 //!
-//! * **All problems at once.** An error does not end loading: [`check_scene`] returns every error and warning of a scene.
-//! * **Located messages.** A [`Diagnostic`] says what was found, where (file, line, column), what was expected, and often the
-//!   most similar valid name. Printed by [`miette`], it shows an excerpt of the file.
-//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of a format are warnings, which
-//!   [`LoadOptions::strict`] turns into errors. Only settings without effect on the converged image, such as samplers, are
-//!   accepted silently.
+//! * **All problems at once.** An error does not end loading: [`check_scene`] returns every error
+//!   and warning of a scene.
+//! * **Located messages.** A [`Diagnostic`] says what was found, where (file, line, column), what
+//!   was expected, and often the most similar valid name. Printed by [`miette`], it shows an
+//!   excerpt of the file.
+//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of
+//!   a format are warnings, which [`LoadOptions::strict`] turns into errors. Only settings without
+//!   effect on the converged image, such as samplers, are accepted silently.
 //! * **Damaged files are errors.** Parsers neither panic nor allocate more than a file can contain.
 //! * **Atomic writing.** A written file is complete or unchanged.
 //!
@@ -51,8 +54,8 @@
 //!
 //! # Layers
 //!
-//! A module imports only from modules with smaller numbers. Within a folder, no files import each other
-//! in a circle.
+//! A module imports only from modules with smaller numbers. Within a folder, no files import each
+//! other in a circle.
 //!
 //! ```text
 //! 5 scene

@@ -7,7 +7,8 @@ use std::io::{self, Read};
 use std::path::Path;
 use sysinfo::System;
 
-/// Most bytes that a file may have more than its length says. Those of `/proc` say 0, and a small file may grow while it is read.
+/// Most bytes that a file may have more than its length says. Those of `/proc` say 0, and a small
+/// file may grow while it is read.
 const MOST_BEYOND: u64 = 64 << 10;
 
 /// Bytes of a file above which the memory of the machine is asked for.
@@ -29,7 +30,8 @@ pub(crate) fn open_regular(path: &Path) -> io::Result<(File, u64)> {
 /// The content of a regular file.
 ///
 /// # Errors
-/// The file cannot be read, is of another kind, is larger than the memory, or grows while it is read.
+/// The file cannot be read, is of another kind, is larger than the memory, or grows while it is
+/// read.
 pub(crate) fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     let (file, length) = open_regular(path)?;
     let too_large = || io::Error::other(format!("found {length} bytes, more than the memory has"));

@@ -6,7 +6,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to disk and renamed.
+/// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to disk and
+/// renamed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -19,8 +20,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write().map_err(|error| FileError::unwritable(path, error))
 }
 
-/// Like [`check_replaceable`], for a file that must be a regular one: a part of a render is not written
-/// from start to end. Checks before a long computation that such a part can be written.
+/// Like [`check_replaceable`], for a file that must be a regular one: a part of a render is not
+/// written from start to end. Checks before a long computation that such a part can be written.
 ///
 /// # Errors
 /// As for [`check_replaceable`]; a device or a pipe has this name.
@@ -49,8 +50,8 @@ pub fn check_replaceable(path: &Path) -> Result<(), FileError> {
     check().map_err(|error| FileError::unwritable(path, error))
 }
 
-/// Replaces `path` by what `write` writes to a temporary file in the same folder. The file and the folder are flushed to disk:
-/// after a loss of power, the old or the new file is there.
+/// Replaces `path` by what `write` writes to a temporary file in the same folder. The file and the
+/// folder are flushed to disk: after a loss of power, the old or the new file is there.
 pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
@@ -64,10 +65,12 @@ pub(crate) fn replace(
     sync_folder(folder_of(&target))
 }
 
-/// Most symbolic links that are followed to a file that does not exist yet, as many as the system follows to one that does.
+/// Most symbolic links that are followed to a file that does not exist yet, as many as the system
+/// follows to one that does.
 const MOST_LINKS: usize = 40;
 
-/// The file to write: where symbolic links lead, so that they are kept, even if that file does not exist yet.
+/// The file to write: where symbolic links lead, so that they are kept, even if that file does not
+/// exist yet.
 fn target_of(path: &Path) -> io::Result<PathBuf> {
     match fs::metadata(path) {
         Ok(_) => return Ok(fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())),

@@ -12,7 +12,8 @@ pub(crate) struct Resolved {
     pub(crate) remark: Option<&'static str>,
 }
 
-/// Looks for `name` in `folders`, in this order: as written, then with `\` replaced by `/`, then ignoring case.
+/// Looks for `name` in `folders`, in this order: as written, then with `\` replaced by `/`, then
+/// ignoring case.
 pub(crate) fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
     let candidates = |name: &str| {
         folders
@@ -69,7 +70,8 @@ fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
     path.exists().then_some(path)
 }
 
-/// The file name most similar to that of `path` in the same folder, if one is similar enough to suggest.
+/// The file name most similar to that of `path` in the same folder, if one is similar enough to
+/// suggest.
 pub(crate) fn similar_file(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_string_lossy().into_owned();
     let names: Vec<String> = entries(path.parent()?)?
@@ -89,7 +91,8 @@ pub(crate) fn looked_for(path: &Path) -> String {
     }
 }
 
-/// The entries of `folder`. The empty path, which is the parent of a bare file name, means the current folder.
+/// The entries of `folder`. The empty path, which is the parent of a bare file name, means the
+/// current folder.
 fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")

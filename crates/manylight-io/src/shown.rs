@@ -1,21 +1,24 @@
-//! Text from files in messages, without characters that a terminal obeys: colors, titles, moved cursors, reordered letters.
+//! Text from files in messages, without characters that a terminal obeys: colors, titles, moved
+//! cursors, reordered letters.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Whether a terminal or a text editor obeys `c` instead of showing it: control characters, and those that change the direction of text.
+/// Whether a terminal or a text editor obeys `c` instead of showing it: control characters, and
+/// those that change the direction of text.
 fn is_obeyed(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// `text` with escapes such as `\u{1b}` in place of characters that a terminal obeys. Lines and tabs stay.
+/// `text` with escapes such as `\u{1b}` in place of characters that a terminal obeys. Lines and
+/// tabs stay.
 pub fn clean_text(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_obeyed(c) && !matches!(c, '\n' | '\t'))
 }
 
-/// `path` for people, on one line: with escapes in place of characters that a terminal obeys, and `\u{fffd}` in place of bytes that are
-/// not UTF-8.
+/// `path` for people, on one line: with escapes in place of characters that a terminal obeys, and
+/// `\u{fffd}` in place of bytes that are not UTF-8.
 pub fn shown_path(path: &Path) -> String {
     escaped(&path.to_string_lossy(), is_obeyed).into_owned()
 }
@@ -35,8 +38,8 @@ fn escaped(text: &str, is_hidden: impl Fn(char) -> bool) -> Cow<'_, str> {
     shown.into()
 }
 
-/// `text` with the same number of bytes and characters, and a mark in place of each character that a terminal obeys, but line ends and tabs.
-/// Places in the text stay valid.
+/// `text` with the same number of bytes and characters, and a mark in place of each character that
+/// a terminal obeys, but line ends and tabs. Places in the text stay valid.
 pub(crate) fn masked(text: &str) -> Cow<'_, str> {
     let is_hidden = |c| is_obeyed(c) && !matches!(c, '\n' | '\r' | '\t');
     if !text.contains(is_hidden) {

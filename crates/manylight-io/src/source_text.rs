@@ -7,7 +7,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// Most bytes that an excerpt shows of a line on each side of a place. Longer lines are written by programs.
+/// Most bytes that an excerpt shows of a line on each side of a place. Longer lines are written by
+/// programs.
 const MARGIN: usize = 200;
 /// Most bytes that a label marks.
 const LONGEST_LABEL: usize = 200;
@@ -18,7 +19,8 @@ pub(crate) struct SourceText {
     text: Arc<str>,
     /// The text for a terminal, with marks in place of some characters, if it differs.
     masked: OnceLock<Option<String>>,
-    /// Offsets of the first bytes of the lines. Computed once, because a file may have many problems.
+    /// Offsets of the first bytes of the lines. Computed once, because a file may have many
+    /// problems.
     line_starts: OnceLock<Vec<usize>>,
 }
 

@@ -1,6 +1,7 @@
 //! Deterministic random damage to small files, for robustness tests of parsers.
 
-/// `count` damaged copies of `seed`: bytes are replaced, removed, inserted or repeated, or the file is truncated.
+/// `count` damaged copies of `seed`: bytes are replaced, removed, inserted or repeated, or the file
+/// is truncated.
 pub(crate) fn mutations(seed: &[u8], count: usize) -> impl Iterator<Item = Vec<u8>> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut below = move |limit: usize| {

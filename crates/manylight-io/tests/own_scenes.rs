@@ -1,5 +1,6 @@
-//! Rendering of the project's scenes with known answers. Every file in `scenes/furnace` and `scenes/analytic` states its expected
-//! values (format: `scenes/README.md`); the path tracer and Rich-VPLs must reproduce them.
+//! Rendering of the project's scenes with known answers. Every file in `scenes/furnace` and
+//! `scenes/analytic` states its expected values (format: `scenes/README.md`); the path tracer and
+//! Rich-VPLs must reproduce them.
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
@@ -83,8 +84,8 @@ fn measure(film: &Film, selection: Pixels) -> Vec<([f64; 3], [f64; 3])> {
     let all = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let pixels: Vec<_> = all.map(|(x, y)| at(x, y)).collect();
     let (value, error) = mean(&pixels);
-    // A few passes estimate the error of a pixel poorly, and a pixel that missed a rare event has none. Therefore the error is at
-    // least the root mean square relative error of the image.
+    // A few passes estimate the error of a pixel poorly, and a pixel that missed a rare event has
+    // none. Therefore the error is at least the root mean square relative error of the image.
     let relative: [f64; 3] = std::array::from_fn(|c| {
         let squares = pixels
             .iter()

@@ -21,8 +21,8 @@ use std::path::Path;
 /// Largest relative difference of the means of two formats, beside noise.
 const TOLERANCE: f64 = 0.005;
 
-/// A stage with a textured floor, a lamp and a colored spot, lit by what all formats can say. With `coats`, a lacquered box and a
-/// glass ball stand on it, which glTF says differently.
+/// A stage with a textured floor, a lamp and a colored spot, lit by what all formats can say. With
+/// `coats`, a lacquered box and a glass ball stand on it, which glTF says differently.
 fn stage(coats: bool) -> Scene {
     let about = About {
         title: "Stage",

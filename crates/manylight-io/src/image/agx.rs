@@ -1,10 +1,12 @@
 //! The AgX view of Blender as a formula.
 //!
-//! The steps and the curve are those that the AgX of Troy Sobotka and its development by Zijun Eary Zhou describe: an inset of the
-//! gamut, a sigmoid over 16.5 stops in each channel, a partial return to the hue before the sigmoid, an outset, and a compensation of
-//! negative channels. Blender applies them as a table of 57 samples per axis. The matrices and the mixture of hues here are a least-squares
-//! fit to the colors that Blender 5.0's configuration gives, by `docs/pictures/agx_fit.py`. The difference is largest in almost black
-//! channels of saturated colors, where Blender interpolates between few samples.
+//! The steps and the curve are those that the AgX of Troy Sobotka and its development by Zijun Eary
+//! Zhou describe: an inset of the gamut, a sigmoid over 16.5 stops in each channel, a partial
+//! return to the hue before the sigmoid, an outset, and a compensation of negative channels.
+//! Blender applies them as a table of 57 samples per axis. The matrices and the mixture of hues
+//! here are a least-squares fit to the colors that Blender 5.0's configuration gives, by
+//! `docs/pictures/agx_fit.py`. The difference is largest in almost black channels of saturated
+//! colors, where Blender interpolates between few samples.
 
 /// Middle gray, the pivot of the curve.
 const GRAY: f32 = 0.18;
@@ -110,8 +112,8 @@ fn hue([r, g, b]: [f32; 3]) -> Option<f32> {
     })
 }
 
-/// Adds gray until no channel is negative, and scales the color back to its brightness: luminance plus what the complementary color
-/// lacks to gray.
+/// Adds gray until no channel is negative, and scales the color back to its brightness: luminance
+/// plus what the complementary color lacks to gray.
 fn without_negatives(color: [f32; 3]) -> [f32; 3] {
     let low = smallest(color);
     if low >= 0.0 {

@@ -1,8 +1,9 @@
 //! Mattes by the names of objects and materials, as Cryptomatte layers.
 //!
-//! Source: Friedman and Jones, "Cryptomatte" (SIGGRAPH Talks 2015), and "Cryptomatte Specification", version 1.2.0 (Psyop). A name is
-//! hashed by MurmurHash3_32, the hash is stored as the bits of a float, and a pixel has ranks of pairs (id, coverage), the largest
-//! coverage first, two pairs in each layer of four channels.
+//! Source: Friedman and Jones, "Cryptomatte" (SIGGRAPH Talks 2015), and "Cryptomatte
+//! Specification", version 1.2.0 (Psyop). A name is hashed by MurmurHash3_32, the hash is stored as
+//! the bits of a float, and a pixel has ranks of pairs (id, coverage), the largest coverage first,
+//! two pairs in each layer of four channels.
 
 use super::layered::ImageLayer;
 use manylight::film::RankedIds;
@@ -27,8 +28,9 @@ impl Cryptomatte {
     /// Number of channels.
     pub const CHANNELS: usize = 4 * LAYERS;
 
-    /// The matte with the name `typename`, such as `CryptoObject`. `names` are the names by id, `pixels` the ids of every pixel with
-    /// the fraction that each covers, the largest first. The stored fractions of a pixel do not exceed 1 in sum.
+    /// The matte with the name `typename`, such as `CryptoObject`. `names` are the names by id,
+    /// `pixels` the ids of every pixel with the fraction that each covers, the largest first. The
+    /// stored fractions of a pixel do not exceed 1 in sum.
     pub fn new(typename: &str, names: &[String], pixels: &[RankedIds]) -> Self {
         let ids: Vec<f32> = names.iter().map(|name| id_of(name)).collect();
         let ranks = |pixel: &RankedIds| -> [(f32, f32); LAYERS * PAIRS] {
@@ -64,7 +66,8 @@ impl Cryptomatte {
     }
 }
 
-/// At most `left` of `coverage`, which is subtracted from `left`: sums of rounded fractions may exceed 1.
+/// At most `left` of `coverage`, which is subtracted from `left`: sums of rounded fractions may
+/// exceed 1.
 fn take(coverage: f32, left: &mut f64) -> f32 {
     let mut taken = coverage.min(*left as f32);
     if f64::from(taken) > *left {
@@ -97,8 +100,8 @@ fn metadata(typename: &str, names: &[String], pixels: &[RankedIds]) -> Vec<(Stri
         .to_vec()
 }
 
-/// The id of a name: its hash as the bits of a float. Where these would be a denormal, an infinity or a NaN, the lowest bit of the
-/// exponent is changed, as the specification prescribes.
+/// The id of a name: its hash as the bits of a float. Where these would be a denormal, an infinity
+/// or a NaN, the lowest bit of the exponent is changed, as the specification prescribes.
 fn id_of(name: &str) -> f32 {
     let hash = murmur3(name.as_bytes());
     let exponent = (hash >> 23) & 255;

@@ -14,11 +14,11 @@ pub(super) fn damaged(error: exr::error::Error) -> Fault {
     Fault::new(format!("the EXR image cannot be decoded: {error}"))
 }
 
-/// Rejects headers that declare more samples than the file can contain, and chunks that are longer than the file, before anything is
-/// allocated.
+/// Rejects headers that declare more samples than the file can contain, and chunks that are longer
+/// than the file, before anything is allocated.
 pub(super) fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
-    /// Most decoded bytes per byte of a file: those of PXR24, which stores three of the four bytes of a float by deflate, which
-    /// expands 1032 times.
+    /// Most decoded bytes per byte of a file: those of PXR24, which stores three of the four bytes
+    /// of a float by deflate, which expands 1032 times.
     const EXPANSION: u32 = 1032 * 4 / 3;
     /// That of DWA, which stores a number for 64 pixels. Images of one color may exceed it.
     const DWA_EXPANSION: u32 = 1 << 15;
@@ -44,7 +44,8 @@ pub(super) fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Bytes of the fields before the size of a chunk: the first row of scan lines, or the four coordinates of a tile.
+/// Bytes of the fields before the size of a chunk: the first row of scan lines, or the four
+/// coordinates of a tile.
 const SCAN_LINE_FIELDS: usize = 4;
 const TILE_FIELDS: usize = 16;
 /// Bytes of the number of the part, in files with several.
@@ -64,7 +65,8 @@ fn read_headers(bytes: &[u8]) -> Result<MetaData, Fault> {
     Ok(meta)
 }
 
-/// Checks the chunk that begins at byte `start`. The decoder finds other faults before it takes memory.
+/// Checks the chunk that begins at byte `start`. The decoder finds other faults before it takes
+/// memory.
 fn check_chunk(bytes: &[u8], start: u64, meta: &MetaData) -> Result<(), Fault> {
     let number = |at: usize| {
         let field = bytes.get(at..)?.first_chunk()?;
@@ -88,7 +90,8 @@ fn check_chunk(bytes: &[u8], start: u64, meta: &MetaData) -> Result<(), Fault> {
     }
 }
 
-/// Bytes between the number of the part and the size of a chunk; `None` for deep images, which are not decoded.
+/// Bytes between the number of the part and the size of a chunk; `None` for deep images, which are
+/// not decoded.
 fn fields_of(header: &Header) -> Option<usize> {
     match header.blocks {
         _ if header.deep => None,
@@ -105,8 +108,8 @@ fn is_dwa(header: &Header) -> bool {
     )
 }
 
-/// Checks the counters of all chunks in the content of a file. The decoder takes memory by them before
-/// it compares them with the pixels of the chunk.
+/// Checks the counters of all chunks in the content of a file. The decoder takes memory by them
+/// before it compares them with the pixels of the chunk.
 ///
 /// # Errors
 /// A chunk cannot be read, or has a counter that does not fit its pixels.
@@ -129,8 +132,8 @@ fn check_dwa_chunks(bytes: &[u8]) -> Result<(), Fault> {
 fn check_dwa_chunk(header: &Header, chunk: &Chunk) -> Result<(), Fault> {
     /// Counters of sizes and numbers, after the version. The one after them names a method.
     const COUNTERS: usize = 9;
-    /// How much counters may exceed the bytes of the pixels, as a factor and by bytes: blocks are padded to 8 x 8 pixels, and runs may be
-    /// longer than what they stand for.
+    /// How much counters may exceed the bytes of the pixels, as a factor and by bytes: blocks are
+    /// padded to 8 x 8 pixels, and runs may be longer than what they stand for.
     const FACTOR: u64 = 8;
     const ALWAYS_ALLOWED: u64 = 1 << 16;
     let data = match &chunk.compressed_block {

@@ -1,4 +1,5 @@
-//! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
+//! OpenEXR. Files with any channels are read; written files have one part with 32-bit float
+//! channels.
 
 use super::exr_checks::{check_headers, damaged};
 use super::layered::{ImageWindow, LayeredImage, interleave};
@@ -14,8 +15,8 @@ use exr::prelude::{Compression, IntegerBounds, ReadChannels, ReadLayers, Vec2};
 use manylight::image::Image;
 use std::io::Cursor;
 
-/// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the first layer that has them, else the only
-/// channel.
+/// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the first layer
+/// that has them, else the only channel.
 pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
     let layered = read_channels(bytes)?;
     if let Some(image) = layered.beauty() {
@@ -63,8 +64,8 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
     }
 }
 
-/// All channels of all parts that have the size of the first part. The name of a part becomes the layer of a channel if that name
-/// is already taken.
+/// All channels of all parts that have the size of the first part. The name of a part becomes the
+/// layer of a channel if that name is already taken.
 pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
     check_headers(bytes)?;
     let reader = read()
@@ -152,13 +153,14 @@ const OWNER: &str = "owner";
 /// Local time as `YYYY:MM:DD hh:mm:ss`; here universal time, with `utcOffset` 0.
 const CAPTURE_DATE: &str = "capDate";
 
-/// The tag of the color space of rendered images, and its value for linear Rec. 709 that is proportional to radiance: an identifier
-/// of the Color Interop Forum, which OpenEXR standardizes beside the chromaticities.
+/// The tag of the color space of rendered images, and its value for linear Rec. 709 that is
+/// proportional to radiance: an identifier of the Color Interop Forum, which OpenEXR standardizes
+/// beside the chromaticities.
 const COLOR_INTEROP_ID: &str = "colorInteropID";
 const LINEAR_REC_709_SCENE: &str = "lin_rec709_scene";
 
-/// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata as text attributes. The
-/// display window is the full picture, the data window the image.
+/// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata
+/// as text attributes. The display window is the full picture, the data window the image.
 pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, Fault> {
     let channels = image.layers.iter().flat_map(|layer| &layer.channels);
     let channels = channels
@@ -234,8 +236,8 @@ fn attributes_for(image: &LayeredImage) -> LayerAttributes {
     attributes
 }
 
-/// `text` as UTF-8. The conversion of the `exr` crate rejects everything but Latin-1, although the format stores bytes and
-/// readers assume UTF-8.
+/// `text` as UTF-8. The conversion of the `exr` crate rejects everything but Latin-1, although the
+/// format stores bytes and readers assume UTF-8.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }

@@ -25,8 +25,8 @@ impl fmt::Display for NotFinite {
     }
 }
 
-/// Replaces values that are not numbers by 0, and infinite ones by the finite value of the largest magnitude with their sign; `None` if all values
-/// are finite.
+/// Replaces values that are not numbers by 0, and infinite ones by the finite value of the largest
+/// magnitude with their sign; `None` if all values are finite.
 pub(crate) fn make_finite(image: &mut Image) -> Option<NotFinite> {
     let first = image.data.iter().position(|v| !v.is_finite())?;
     let finite = || image.data.iter().filter(|v| v.is_finite());

@@ -1,7 +1,9 @@
 //! JPEG, decoded by the `jpeg-decoder` crate.
 //!
-//! Its interpolation of chroma is close to that of libjpeg: on photographs, the mean of each channel differs by at most 0.12 of
-//! 255. On noisy photographs, the bias is a quarter of that of the decoder in the `image` crate. Bias matters because
+//! Its interpolation of chroma is close to that of libjpeg: on photographs, the mean of each
+//! channel differs by at most 0.12 of
+//! 255. On noisy photographs, the bias is a quarter of that of the decoder in the `image` crate.
+//!      Bias matters because
 //! interreflection amplifies the tint of a textured wall.
 
 use super::low_range::{MAX_DECODED_BYTES, bytes_to_linear};
@@ -11,8 +13,8 @@ use crate::file_error::Fault;
 use jpeg_decoder::{Decoder, PixelFormat};
 use manylight::image::Image;
 
-/// Most decoded bytes per byte of a file. A progressive file has at least one bit for each block of 8 x 8 values; with chroma at a quarter
-/// of the resolution, these are 1365 bytes.
+/// Most decoded bytes per byte of a file. A progressive file has at least one bit for each block of
+/// 8 x 8 values; with chroma at a quarter of the resolution, these are 1365 bytes.
 const EXPANSION: u32 = 4096;
 
 /// The image in the file content `bytes`.

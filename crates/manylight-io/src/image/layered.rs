@@ -7,12 +7,14 @@ use manylight::image::Image;
 pub struct ImageLayer {
     /// Empty for the beauty layer, else the part of the channel names before the last dot.
     pub name: String,
-    /// Full name, such as `R`, `variance.R` or `depth.Z`, and `width * height` values in rows from top to bottom.
+    /// Full name, such as `R`, `variance.R` or `depth.Z`, and `width * height` values in rows from
+    /// top to bottom.
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
 impl ImageLayer {
-    /// The channels of an image. `channels` are their full names; channels of the image without a name are left out.
+    /// The channels of an image. `channels` are their full names; channels of the image without a
+    /// name are left out.
     pub fn from_image(
         name: impl Into<String>,
         channels: impl IntoIterator<Item = String>,
@@ -39,15 +41,18 @@ pub struct ImageWindow {
     pub offset: [usize; 2],
 }
 
-/// The camera of an image, by the definitions of OpenEXR's standard attributes. Matrices are in column-major order for column
-/// vectors, which is OpenEXR's row-major order for row vectors.
+/// The camera of an image, by the definitions of OpenEXR's standard attributes. Matrices are in
+/// column-major order for column vectors, which is OpenEXR's row-major order for row vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageCamera {
-    /// From world space to camera space, in the world's unit: x to the right, y up, z in the direction of view.
+    /// From world space to camera space, in the world's unit: x to the right, y up, z in the
+    /// direction of view.
     pub camera_from_world: [f32; 16],
-    /// From world space to the full picture: (0, 0) is its upper left corner, (1, 1) its lower right. Homogeneous; z has no meaning.
+    /// From world space to the full picture: (0, 0) is its upper left corner, (1, 1) its lower
+    /// right. Homogeneous; z has no meaning.
     pub ndc_from_world: [f32; 16],
-    /// Center of the full picture on the plane z = 1 of camera space; 0 for cameras with parallel rays.
+    /// Center of the full picture on the plane z = 1 of camera space; 0 for cameras with parallel
+    /// rays.
     pub screen_center: [f32; 2],
     /// Width of the full picture on that plane; 1 for cameras with parallel rays.
     pub screen_width: f32,
@@ -64,7 +69,8 @@ pub struct LayeredImage {
     pub layers: Vec<ImageLayer>,
     /// Pairs of name and value. OpenEXR files store them, PNG files those for readers of pictures.
     pub metadata: Vec<(String, String)>,
-    /// The part of a larger picture that the image shows; `None`: all of it. Only OpenEXR files store it.
+    /// The part of a larger picture that the image shows; `None`: all of it. Only OpenEXR files
+    /// store it.
     pub window: Option<ImageWindow>,
     /// The camera. Only OpenEXR files store it.
     pub camera: Option<ImageCamera>,
@@ -99,7 +105,8 @@ impl LayeredImage {
         Some(interleave(self.width, self.height, &planes?))
     }
 
-    /// The image as its beauty layer: the channels `R`, `G` and `B` if it has three channels, else its first channel as `Y`.
+    /// The image as its beauty layer: the channels `R`, `G` and `B` if it has three channels, else
+    /// its first channel as `Y`.
     pub fn from_image(image: &Image) -> LayeredImage {
         let names: &[&str] = if image.channels == 3 {
             &["R", "G", "B"]
@@ -115,8 +122,8 @@ impl LayeredImage {
         }
     }
 
-    /// Groups channels into layers by the part of their names before the last dot. Layers are in the order of their first
-    /// channels.
+    /// Groups channels into layers by the part of their names before the last dot. Layers are in
+    /// the order of their first channels.
     pub fn from_channels(
         width: usize,
         height: usize,

@@ -10,10 +10,12 @@ use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Memory limit of a decoder in bytes: enough for 16k x 16k float RGB, and a bound for damaged headers.
+/// Memory limit of a decoder in bytes: enough for 16k x 16k float RGB, and a bound for damaged
+/// headers.
 pub(super) const MAX_DECODED_BYTES: u64 = 4 << 30;
 
-/// Decodes the file content `bytes`. If it does not show the format, the extension of `path` decides.
+/// Decodes the file content `bytes`. If it does not show the format, the extension of `path`
+/// decides.
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
     Ok(linear(decode_stored(bytes, path)?, transfer))
 }
@@ -81,16 +83,19 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
     DynamicImage::from_decoder(decoder).map_err(undecodable)
 }
 
-/// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit becomes four bytes.
+/// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit
+/// becomes four bytes.
 const PNG_EXPANSION: u32 = 1032 * 32;
 /// Two bytes of a run are 255 pixels of three bytes.
 const BMP_EXPANSION: u32 = 512;
 /// Two bytes of a run are 128 pixels of four bytes.
 const TGA_EXPANSION: u32 = 256;
-/// Eight bytes are runs of 127 pixels in four channels, decoded to three floats; runs of the old form are shorter than in other files.
+/// Eight bytes are runs of 127 pixels in four channels, decoded to three floats; runs of the old
+/// form are shorter than in other files.
 const HDR_EXPANSION: u32 = 4096;
 
-/// Radiance files start with `#?RADIANCE` or `#?RGBE`; the decoder accepts only the first, so the second is replaced.
+/// Radiance files start with `#?RADIANCE` or `#?RGBE`; the decoder accepts only the first, so the
+/// second is replaced.
 fn with_known_signature(bytes: &[u8]) -> Cow<'_, [u8]> {
     match bytes.strip_prefix(b"#?RGBE") {
         Some(rest) => Cow::Owned([b"#?RADIANCE", rest].concat()),

@@ -1,7 +1,7 @@
 //! Image files: textures and environment maps, and rendered images with layers.
 //!
-//! [`read_image`] returns one or three linear channels, as a texture needs. [`read_layered_image`] and [`write_image`] keep all
-//! named channels and the metadata.
+//! [`read_image`] returns one or three linear channels, as a texture needs. [`read_layered_image`]
+//! and [`write_image`] keep all named channels and the metadata.
 
 mod agx;
 mod cryptomatte;
@@ -33,10 +33,12 @@ use manylight::image::Image;
 use std::path::Path;
 use transfer::Depth;
 
-/// Reads an image as one linear gray channel or three linear Rec. 709 channels, as Mitsuba's `bitmap` texture does: alpha is
-/// dropped (colors are not multiplied by it), and 8 and 16 bit values are divided by their maximum before `transfer` applies.
+/// Reads an image as one linear gray channel or three linear Rec. 709 channels, as Mitsuba's
+/// `bitmap` texture does: alpha is dropped (colors are not multiplied by it), and 8 and 16 bit
+/// values are divided by their maximum before `transfer` applies.
 ///
-/// Formats are PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR and PFM, recognized by content (TGA by extension).
+/// Formats are PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR and PFM, recognized by content (TGA by
+/// extension).
 ///
 /// # Errors
 /// The file cannot be read, is damaged, or has an unsupported format.
@@ -72,8 +74,8 @@ fn opaque(width: usize, height: usize) -> Image {
     }
 }
 
-/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
-/// `Y`.
+/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear
+/// channels `R`, `G`, `B`, or `Y`.
 ///
 /// # Errors
 /// The file cannot be read, is damaged, or has an unsupported format.
@@ -96,7 +98,8 @@ pub(crate) fn decode_image(
     decode(bytes, path, transfer).map_err(|fault| fault.in_file(path))
 }
 
-/// Decodes the alpha channel of the content of an image file as [`read_alpha`] does. `path` is its name in messages.
+/// Decodes the alpha channel of the content of an image file as [`read_alpha`] does. `path` is its
+/// name in messages.
 pub(crate) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, FileError> {
     let found = match SourceFormat::of(bytes) {
         SourceFormat::Exr => exr_file::read_channels(bytes).map(|image| alpha_of(&image)),

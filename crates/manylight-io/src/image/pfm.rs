@@ -1,5 +1,5 @@
-//! Portable float maps: a header of `PF` (RGB) or `Pf` (gray), width, height and scale, then rows of `f32` from bottom to top. A
-//! negative scale means little endian; its magnitude is ignored.
+//! Portable float maps: a header of `PF` (RGB) or `Pf` (gray), width, height and scale, then rows
+//! of `f32` from bottom to top. A negative scale means little endian; its magnitude is ignored.
 
 use crate::file_error::Fault;
 use manylight::image::Image;
@@ -55,7 +55,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Image, Fault> {
     })
 }
 
-/// The four words of the header, and the offset of the values, which start after one white-space byte.
+/// The four words of the header, and the offset of the values, which start after one white-space
+/// byte.
 fn header(bytes: &[u8]) -> Result<([String; 4], usize), Fault> {
     let mut words: [String; 4] = Default::default();
     let mut at = 0;

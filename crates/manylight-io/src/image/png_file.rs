@@ -4,7 +4,8 @@ use crate::file_error::Fault;
 use manylight::image::Image;
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 
-/// The entries of the metadata that a PNG file has, with their keywords. `Software` is a keyword of the standard.
+/// The entries of the metadata that a PNG file has, with their keywords. `Software` is a keyword of
+/// the standard.
 const KEYWORDS: [(&str, &str); 5] = [
     ("software", "Software"),
     ("scene", "scene"),

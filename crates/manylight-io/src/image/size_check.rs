@@ -1,12 +1,13 @@
-//! Sizes that headers of compressed images declare, compared with what files of their length can contain.
+//! Sizes that headers of compressed images declare, compared with what files of their length can
+//! contain.
 
 use crate::file_error::Fault;
 
 /// Decoded bytes that any file may have: a limit below which nothing is compared.
 const ALWAYS_ALLOWED: u128 = 1 << 20;
 
-/// Checks that `file_bytes` of a file can contain an image of `decoded_bytes`, before memory is taken for it. `expansion` is the largest number
-/// of decoded bytes per byte of the format.
+/// Checks that `file_bytes` of a file can contain an image of `decoded_bytes`, before memory is
+/// taken for it. `expansion` is the largest number of decoded bytes per byte of the format.
 ///
 /// # Errors
 /// The image has no pixels, or the file cannot contain it.

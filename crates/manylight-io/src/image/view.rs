@@ -9,7 +9,8 @@ pub enum View {
     /// None: values above 1 are clipped.
     #[default]
     Standard,
-    /// Khronos PBR Neutral: base colors up to 0.8 keep their hue and saturation, highlights are compressed.
+    /// Khronos PBR Neutral: base colors up to 0.8 keep their hue and saturation, highlights are
+    /// compressed.
     Neutral,
     /// AgX as in Blender: low contrast in highlights, which lose saturation.
     Agx,
@@ -48,7 +49,8 @@ impl DisplayTransform {
     }
 }
 
-/// The Khronos PBR Neutral tone mapper; linear Rec. 709 in and out. Negative values are set to 0 first.
+/// The Khronos PBR Neutral tone mapper; linear Rec. 709 in and out. Negative values are set to 0
+/// first.
 ///
 /// Source: Khronos Group, "Khronos PBR Neutral Tone Mapper", 2024, section "Formulation".
 fn neutral(color: [f32; 3]) -> [f32; 3] {

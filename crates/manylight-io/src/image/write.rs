@@ -56,14 +56,17 @@ impl ImageFormat {
     }
 }
 
-/// Writes `image` in the format of the extension of `path`. OpenEXR stores all channels, the other formats the beauty layer.
-/// PNG and JPEG store the colors that `display` gives (a number is an exposure in stops), HDR and PFM linear values.
-/// PNG files are tagged as sRGB and have the metadata for readers of pictures.
+/// Writes `image` in the format of the extension of `path`. OpenEXR stores all channels, the other
+/// formats the beauty layer. PNG and JPEG store the colors that `display` gives (a number is an
+/// exposure in stops), HDR and PFM linear values. PNG files are tagged as sRGB and have the
+/// metadata for readers of pictures.
 ///
-/// The data is written to a temporary file in the same folder, flushed to disk, and renamed to `path`.
+/// The data is written to a temporary file in the same folder, flushed to disk, and renamed to
+/// `path`.
 ///
 /// # Errors
-/// The extension is unknown, the channels are inconsistent or missing, or the file cannot be written.
+/// The extension is unknown, the channels are inconsistent or missing, or the file cannot be
+/// written.
 pub fn write_image(
     path: &Path,
     image: &LayeredImage,
@@ -89,7 +92,8 @@ pub fn encode_png(
         .map_err(|fault| fault.in_file(Path::new("picture.png")))
 }
 
-/// Checks before a long computation that [`write_image`] can write `path`: the format is known and the folder is writable.
+/// Checks before a long computation that [`write_image`] can write `path`: the format is known and
+/// the folder is writable.
 ///
 /// # Errors
 /// The extension is unknown, or the file cannot be written.

@@ -1,4 +1,5 @@
-//! Attributes of meshes: colors or numbers at vertices or faces beside position, normal and texture coordinates.
+//! Attributes of meshes: colors or numbers at vertices or faces beside position, normal and texture
+//! coordinates.
 
 use manylight::color::Rgb;
 use manylight::geometry::Mesh;
@@ -20,7 +21,8 @@ pub struct MeshAttribute {
     pub name: String,
     /// Where the values lie.
     pub place: AttributePlace,
-    /// Whether the file stores integers. They are read as fractions of the largest one, with the sRGB transfer function.
+    /// Whether the file stores integers. They are read as fractions of the largest one, with the
+    /// sRGB transfer function.
     pub from_integers: bool,
     /// One value for each vertex or triangle.
     pub values: Vec<Rgb>,

@@ -1,5 +1,5 @@
-//! Text files of curves, as Mitsuba's `linearcurve` and `bsplinecurve` read them: a control point on each line, as position and radius, and
-//! an empty line between curves.
+//! Text files of curves, as Mitsuba's `linearcurve` and `bsplinecurve` read them: a control point
+//! on each line, as position and radius, and an empty line between curves.
 
 use super::text::Cursor;
 use crate::file_error::{Fault, FileError, read_bytes};
@@ -7,7 +7,8 @@ use crate::gzip::unpacked;
 use manylight::math::Vec4;
 use std::path::Path;
 
-/// Reads the curves of a file: for each the control points, with the radius as fourth component. Every curve has at least `least` points.
+/// Reads the curves of a file: for each the control points, with the radius as fourth component.
+/// Every curve has at least `least` points.
 ///
 /// # Errors
 /// The file cannot be read or is malformed; the error gives line and column.

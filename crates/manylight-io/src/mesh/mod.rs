@@ -1,11 +1,12 @@
 //! Mesh files: OBJ, PLY and Mitsuba's serialized format.
 //!
-//! Positions and texture coordinates are those of the file. Note that v = 0 is the top row of an image: Mitsuba replaces v by
-//! 1 - v (`flip_tex_coords`) by default for OBJ, but not for PLY and serialized meshes.
+//! Positions and texture coordinates are those of the file. Note that v = 0 is the top row of an
+//! image: Mitsuba replaces v by 1 - v (`flip_tex_coords`) by default for OBJ, but not for PLY and
+//! serialized meshes.
 //!
-//! If a file has no normals, Mitsuba computes smooth normals in world space, unless `face_normals` is
-//! set: [`smooth_normals_placed`]. For transforms that preserve angles and orientation, they are those
-//! of object space: [`smooth_normals`].
+//! If a file has no normals, Mitsuba computes smooth normals in world space, unless `face_normals`
+//! is set: [`smooth_normals_placed`]. For transforms that preserve angles and orientation, they are
+//! those of object space: [`smooth_normals`].
 
 mod attributes;
 mod curves;
@@ -42,10 +43,10 @@ pub enum MeshFormat {
     },
 }
 
-/// Reads a mesh with the normals of the file, normalized, and its attributes if they are wanted, which
-/// OBJ files do not have. The file may be compressed by gzip. Polygons are triangulated as fans. The
-/// normals are empty if the file has none; if only some vertices have one, the others get smooth
-/// normals.
+/// Reads a mesh with the normals of the file, normalized, and its attributes if they are wanted,
+/// which OBJ files do not have. The file may be compressed by gzip. Polygons are triangulated as
+/// fans. The normals are empty if the file has none; if only some vertices have one, the others get
+/// smooth normals.
 ///
 /// # Errors
 /// The file cannot be read, is malformed, or has no mesh of this index; the error gives line and

@@ -7,16 +7,17 @@ use manylight::math::Vec3;
 /// Normal of a vertex without a triangle of positive area, as in Mitsuba.
 const FALLBACK: Vec3 = Vec3::X;
 
-/// Sets every vertex normal to the mean of the adjacent triangle normals, weighted by the angle at the vertex (Thürmer and
-/// Wüthrich 1998), as Mitsuba does for meshes without normals. Vertices with equal positions (for instance along uv seams)
-/// are not merged.
+/// Sets every vertex normal to the mean of the adjacent triangle normals, weighted by the angle at
+/// the vertex (Thürmer and Wüthrich 1998), as Mitsuba does for meshes without normals. Vertices
+/// with equal positions (for instance along uv seams) are not merged.
 pub fn smooth_normals(mesh: &mut Mesh) {
     mesh.normals = angle_weighted(mesh);
 }
 
-/// Like [`smooth_normals`], but weighted by the angles in world space, as in Mitsuba. The normals are stored in object space:
-/// the inverse transpose of `world_from_object` maps them to the world-space normals. The result differs from that of
-/// [`smooth_normals`] only if the transform changes angles or mirrors.
+/// Like [`smooth_normals`], but weighted by the angles in world space, as in Mitsuba. The normals
+/// are stored in object space: the inverse transpose of `world_from_object` maps them to the
+/// world-space normals. The result differs from that of [`smooth_normals`] only if the transform
+/// changes angles or mirrors.
 pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
     let object_positions = mesh.positions.clone();
     for p in &mut mesh.positions {
@@ -24,8 +25,9 @@ pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
     }
     let world = angle_weighted(mesh);
     mesh.positions = object_positions;
-    // The inverse transpose maps normals to world space, so the transpose maps them back. Mitsuba's world-space normals follow
-    // the winding order of the transformed triangles even if the transform mirrors, so no sign is changed.
+    // The inverse transpose maps normals to world space, so the transpose maps them back. Mitsuba's
+    // world-space normals follow the winding order of the transformed triangles even if the
+    // transform mirrors, so no sign is changed.
     let object_from_world = world_from_object.matrix3.transpose();
     mesh.normals = world
         .into_iter()
@@ -33,9 +35,10 @@ pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
         .collect();
 }
 
-/// Winds every triangle so that its geometric normal in world space is on the side of its vertex normals, or, without vertex normals, on
-/// the side of its geometric normal in object space. `mirrored`: the transform to world space mirrors, which turns geometric normals but
-/// not vertex normals.
+/// Winds every triangle so that its geometric normal in world space is on the side of its vertex
+/// normals, or, without vertex normals, on the side of its geometric normal in object space.
+/// `mirrored`: the transform to world space mirrors, which turns geometric normals but not vertex
+/// normals.
 pub fn orient_to_normals(mesh: &mut Mesh, mirrored: bool) {
     if mesh.normals.is_empty() {
         if mirrored {
@@ -55,7 +58,8 @@ pub fn orient_to_normals(mesh: &mut Mesh, mirrored: bool) {
     }
 }
 
-/// Replaces the normals that are zero, which mark vertices without a normal in the file, by smooth ones.
+/// Replaces the normals that are zero, which mark vertices without a normal in the file, by smooth
+/// ones.
 pub(super) fn complete_normals(mesh: &mut Mesh) {
     if mesh.normals.iter().all(|&n| n != Vec3::ZERO) {
         return;
@@ -90,7 +94,8 @@ fn angle_weighted(mesh: &Mesh) -> Vec<Vec3> {
         .collect()
 }
 
-/// Angle between unit vectors from the length of their chord, which is accurate for all angles, unlike the arc cosine (Kahan).
+/// Angle between unit vectors from the length of their chord, which is accurate for all angles,
+/// unlike the arc cosine (Kahan).
 fn angle_between_units(a: Vec3, b: Vec3) -> f32 {
     if a.dot(b) < 0.0 {
         std::f32::consts::PI - 2.0 * (0.5 * (a + b).length()).min(1.0).asin()

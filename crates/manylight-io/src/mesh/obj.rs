@@ -1,11 +1,12 @@
-//! Wavefront OBJ. `v`, `vt`, `vn` and `f` lines are read; groups, materials and all other lines are skipped, so that a file is
-//! one mesh.
+//! Wavefront OBJ. `v`, `vt`, `vn` and `f` lines are read; groups, materials and all other lines are
+//! skipped, so that a file is one mesh.
 //!
-//! Vertices are split and numbered as in Mitsuba: one per distinct triple of position, texture coordinate and normal, in the
-//! order of first use. Beyond Mitsuba, indices may refer to later lines and may be negative (relative to the last element).
+//! Vertices are split and numbered as in Mitsuba: one per distinct triple of position, texture
+//! coordinate and normal, in the order of first use. Beyond Mitsuba, indices may refer to later
+//! lines and may be negative (relative to the last element).
 //!
-//! The parser is written here because scenes contain hundreds of megabytes of OBJ text, and because existing crates split a
-//! file into groups and report errors without a line.
+//! The parser is written here because scenes contain hundreds of megabytes of OBJ text, and because
+//! existing crates split a file into groups and report errors without a line.
 
 use super::text::Cursor;
 use crate::file_error::Fault;
@@ -13,14 +14,15 @@ use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// Corners of one position that are searched one after the other. A map costs more than a chain until then; without it, the time grows with
-/// the square of the number of corners of a position.
+/// Corners of one position that are searched one after the other. A map costs more than a chain
+/// until then; without it, the time grows with the square of the number of corners of a position.
 const LONGEST_CHAIN: usize = 64;
 
 /// An absent index, or the end of a linked list.
 const NONE: u32 = u32::MAX;
 
-/// The mesh in the file content `bytes`. If some vertices have a normal, the others get a zero normal.
+/// The mesh in the file content `bytes`. If some vertices have a normal, the others get a zero
+/// normal.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let mut reader = Reader::new(bytes);
     while !reader.cursor.at_end() {
@@ -58,8 +60,8 @@ struct Corner {
     next: u32,
 }
 
-/// The largest index to one kind of element, and its location. It is checked at the end of the file, because indices may refer
-/// to later lines.
+/// The largest index to one kind of element, and its location. It is checked at the end of the
+/// file, because indices may refer to later lines.
 #[derive(Clone, Copy, Default)]
 struct LargestIndex {
     /// The index plus 1.
@@ -153,7 +155,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Triangulates a polygon as a fan around its first corner. Faces with fewer than three corners are skipped.
+    /// Triangulates a polygon as a fan around its first corner. Faces with fewer than three corners
+    /// are skipped.
     #[inline]
     fn face(&mut self) -> Result<(), Fault> {
         self.cursor.skip(1);
@@ -237,7 +240,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The vertex with these indices of position, texture coordinate and normal; a new one at first use.
+    /// The vertex with these indices of position, texture coordinate and normal; a new one at first
+    /// use.
     #[inline]
     fn vertex(&mut self, indices: [u32; 3]) -> u32 {
         let position = indices[0] as usize;

@@ -1,8 +1,9 @@
-//! Mitsuba's serialized meshes: consecutive zlib streams, and a table of their offsets at the end of the file.
+//! Mitsuba's serialized meshes: consecutive zlib streams, and a table of their offsets at the end
+//! of the file.
 //!
-//! All numbers are little endian. Each stream is preceded by the number 0x041C and the version. A stream contains flags, a name
-//! (version 4), counts, positions, normals, texture coordinates, colors and triangles. Source: the documentation of Mitsuba's
-//! `serialized` plugin.
+//! All numbers are little endian. Each stream is preceded by the number 0x041C and the version. A
+//! stream contains flags, a name (version 4), counts, positions, normals, texture coordinates,
+//! colors and triangles. Source: the documentation of Mitsuba's `serialized` plugin.
 
 use super::attributes::{AttributePlace, MeshAttribute};
 use crate::file_error::Fault;
@@ -21,7 +22,8 @@ const HAS_UVS: u32 = 0x0002;
 const HAS_COLORS: u32 = 0x0008;
 const DOUBLE_PRECISION: u32 = 0x2000;
 
-/// The mesh `shape_index` in the file content `bytes`, and the colors of its vertices as an attribute.
+/// The mesh `shape_index` in the file content `bytes`, and the colors of its vertices as an
+/// attribute.
 pub(super) fn parse(bytes: &[u8], shape_index: usize) -> Result<(Mesh, Vec<MeshAttribute>), Fault> {
     check_magic(bytes, 0)?;
     let version = u16_at(bytes, 2).ok_or_else(truncated)?;
@@ -52,7 +54,8 @@ fn check_magic(bytes: &[u8], offset: usize) -> Result<(), Fault> {
     }
 }
 
-/// The offset of a mesh in bytes, from the table at the end of the file. `offset_size` is the size of a table entry in bytes.
+/// The offset of a mesh in bytes, from the table at the end of the file. `offset_size` is the size
+/// of a table entry in bytes.
 fn stream_start(bytes: &[u8], shape_index: usize, offset_size: usize) -> Result<usize, Fault> {
     let table_end = bytes.len().checked_sub(4).ok_or_else(truncated)?;
     let count = u32::from_le_bytes(array_at(bytes, table_end).ok_or_else(truncated)?) as usize;
@@ -239,7 +242,8 @@ impl<'a> MeshStream<'a> {
         }
     }
 
-    /// The next `count * size` bytes. A count that the compressed data cannot contain is an error before anything is allocated.
+    /// The next `count * size` bytes. A count that the compressed data cannot contain is an error
+    /// before anything is allocated.
     fn block(&mut self, count: u64, size: usize) -> Result<Vec<u8>, Fault> {
         let length = count
             .checked_mul(size as u64)

@@ -130,7 +130,8 @@ impl<'a> Cursor<'a> {
         Fault::at(self.line, self.column(), message)
     }
 
-    /// Reads a number on this line, after white space. The number must be followed by white space or the end of the file.
+    /// Reads a number on this line, after white space. The number must be followed by white space
+    /// or the end of the file.
     #[inline]
     pub(super) fn number(&mut self) -> Result<f64, Fault> {
         self.skip_spaces();
@@ -148,7 +149,8 @@ impl<'a> Cursor<'a> {
         Ok(value)
     }
 
-    /// Reads a decimal integer at the cursor, followed by anything. `None` if there is none or it overflows.
+    /// Reads a decimal integer at the cursor, followed by anything. `None` if there is none or it
+    /// overflows.
     #[inline]
     pub(super) fn integer(&mut self) -> Option<i64> {
         let negative = self.peek() == b'-';
@@ -174,8 +176,8 @@ impl<'a> Cursor<'a> {
 
 /// The number at the start of `text` and its length in bytes.
 ///
-/// A number with at most 15 digits and no exponent is the correctly rounded quotient of two exact doubles. Other numbers are
-/// parsed by the standard library, which is slower.
+/// A number with at most 15 digits and no exponent is the correctly rounded quotient of two exact
+/// doubles. Other numbers are parsed by the standard library, which is slower.
 #[inline]
 pub(crate) fn parse_number(text: &[u8]) -> Option<(f64, usize)> {
     const POWERS: [f64; 23] = [

@@ -74,7 +74,8 @@ impl PartFilm {
         }
     }
 
-    /// An empty film of this size and these layers. Its filter, which no sum depends on, is the box.
+    /// An empty film of this size and these layers. Its filter, which no sum depends on, is the
+    /// box.
     ///
     /// # Errors
     /// What is wrong with the size or the layers.

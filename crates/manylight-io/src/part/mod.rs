@@ -1,7 +1,8 @@
 //! Part files: sums of some passes of a render, to be merged or continued without a change of bits.
 //!
-//! A part file is a [safetensors](https://github.com/huggingface/safetensors) file, so that other programs can read its arrays. In its
-//! header, `__metadata__` has two entries. `manylight.part` is a JSON object:
+//! A part file is a [safetensors](https://github.com/huggingface/safetensors) file, so that other
+//! programs can read its arrays. In its header, `__metadata__` has two entries. `manylight.part` is
+//! a JSON object:
 //!
 //! | key | content |
 //! |---|---|
@@ -11,10 +12,12 @@
 //! | `state` | what a resumed render continues with: seconds of the stages, counts |
 //! | `picture` | what image files say about the render: metadata, names of objects and materials, the camera |
 //!
-//! `manylight.sha256` is the SHA-256 of the whole file in hexadecimal digits, taken with 64 zeros in the place of the digits.
+//! `manylight.sha256` is the SHA-256 of the whole file in hexadecimal digits, taken with 64 zeros
+//! in the place of the digits.
 //!
-//! Arrays are those of [`manylight::film::arrays`], little-endian `F64` and `U32` in row order. Their names begin with a group: `block.K.`
-//! for blocks of passes; `completed.` and `current.` for a checkpoint.
+//! Arrays are those of [`manylight::film::arrays`], little-endian `F64` and `U32` in row order.
+//! Their names begin with a group: `block.K.` for blocks of passes; `completed.` and `current.` for
+//! a checkpoint.
 
 mod header;
 mod read;

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 /// Longest header that is read: a part with a thousand blocks has one of 3 MB.
 const MAX_HEADER: u64 = 100 << 20;
 
-/// A part file with its header in memory. The file is open only while it is read: a merge may have more parts than a process may
-/// have open files.
+/// A part file with its header in memory. The file is open only while it is read: a merge may have
+/// more parts than a process may have open files.
 #[derive(Debug)]
 pub struct PartFile {
     path: PathBuf,

@@ -12,8 +12,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Writes a part file with groups of arrays, each with the prefix of its names. The file is replaced as a whole or not at all. One
-/// array is in memory at a time.
+/// Writes a part file with groups of arrays, each with the prefix of its names. The file is
+/// replaced as a whole or not at all. One array is in memory at a time.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,4 +1,5 @@
-//! Meshes and images of a scene. Requests are collected first; then the files are read in parallel, each one once.
+//! Meshes and images of a scene. Requests are collected first; then the files are read in parallel,
+//! each one once.
 
 use super::attributes::AttributeRequest;
 use super::curve_files::CurveFile;
@@ -68,7 +69,8 @@ pub(super) enum Normals {
         /// The transform to world space if it changes angles or mirrors, else the identity.
         placement: Affine3A,
     },
-    /// Those of the file, or none. With normals, every triangle is wound so that its geometric normal is on their side.
+    /// Those of the file, or none. With normals, every triangle is wound so that its geometric
+    /// normal is on their side.
     Stored {
         /// Whether the transform to world space mirrors.
         mirrored: bool,
@@ -82,8 +84,8 @@ pub(super) enum Decode {
     Color(Transfer),
     /// The alpha channel; 1 if the file has none.
     Alpha,
-    /// One channel, as PBRT's float textures read it: alpha if the file has one that is not 1 everywhere, else the mean of the color
-    /// channels.
+    /// One channel, as PBRT's float textures read it: alpha if the file has one that is not 1
+    /// everywhere, else the mean of the color channels.
     Float(Transfer),
 }
 
@@ -130,7 +132,8 @@ impl Assets {
         })
     }
 
-    /// Requests the values of an attribute of a mesh. They go into a texture that is stored already.
+    /// Requests the values of an attribute of a mesh. They go into a texture that is stored
+    /// already.
     pub(super) fn add_attribute(&mut self, request: AttributeRequest) {
         self.attributes.push(request);
     }

@@ -25,8 +25,8 @@ pub(super) struct CurveFile {
 }
 
 impl CurveFile {
-    /// The mesh of the curves in the file, in world space. The first texture coordinate turns around the curves, the second one is the
-    /// place along all segments of the file.
+    /// The mesh of the curves in the file, in world space. The first texture coordinate turns
+    /// around the curves, the second one is the place along all segments of the file.
     pub(super) fn read(&self, path: &Path) -> Result<Mesh, FileError> {
         let least = self.points_of_segment();
         let mut curves = read_curves(path, least)?;
@@ -141,7 +141,8 @@ mod tests {
     fn texture_coordinates_are_those_of_mitsuba() {
         let text = "-2 0 0 .2\n-1 0 0 .2\n0 .5 0 .3\n1 0 0 .2\n2 0 0 .2\n\n-2 2 0 .2\n-1 2 0 .2\n0 2 0 .3\n1 2 0 .2\n";
         let ropes = mesh(CurveBasis::BSpline, text);
-        // Of the second curve, in the middle of its segment, on top: found by Mitsuba 3.9.1 at x = -0.5 before the transform.
+        // Of the second curve, in the middle of its segment, on top: found by Mitsuba 3.9.1 at x =
+        // -0.5 before the transform.
         let top = (ropes.positions.iter().zip(&ropes.uvs))
             .find(|(p, uv)| (p.x + 1.0).abs() < 0.01 && p.y > 3.0 && (uv.x - 0.25).abs() < 1e-6);
         let (p, uv) = top.unwrap();

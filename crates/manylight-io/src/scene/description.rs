@@ -1,5 +1,5 @@
-//! Parts of the description of a scene that all formats make in the same way: additions to its lists,
-//! textures that are made of others, films.
+//! Parts of the description of a scene that all formats make in the same way: additions to its
+//! lists, textures that are made of others, films.
 
 use manylight::bsdf::Material;
 use manylight::color::Rgb;
@@ -76,8 +76,8 @@ pub(super) fn bitmap(filtering: Filtering, wrap: [Wrap; 2], uv_transform: Mat3) 
     })
 }
 
-/// The transform of texture coordinates that turns v over: it points up in some formats, but down in
-/// images.
+/// The transform of texture coordinates that turns v over: it points up in some formats, but down
+/// in images.
 pub(super) fn flip_v() -> Mat3 {
     Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0))
 }

@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-/// SHA-256 of all files of a scene, in hexadecimal digits: of the lines `DIGEST  NAME`, one per file, as the program
-/// `sha256sum` prints them. Names are relative to the folder of the scene, files in other folders have their name alone, and lines
-/// are sorted by name, then by digest. The digest does not change when the folder of the scene is moved.
+/// SHA-256 of all files of a scene, in hexadecimal digits: of the lines `DIGEST  NAME`, one per
+/// file, as the program `sha256sum` prints them. Names are relative to the folder of the scene,
+/// files in other folders have their name alone, and lines are sorted by name, then by digest. The
+/// digest does not change when the folder of the scene is moved.
 ///
 /// # Errors
 /// A file cannot be read.

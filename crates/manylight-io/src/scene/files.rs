@@ -11,7 +11,8 @@ pub(super) fn identity(path: &Path) -> PathBuf {
 
 /// The file `name` in the first of `folders` that contains it. `what` describes it in messages.
 ///
-/// Reports an error of the scene if there is none, and a warning if its name is spelled differently.
+/// Reports an error of the scene if there is none, and a warning if its name is spelled
+/// differently.
 pub(super) fn find_file(
     sink: &Sink,
     folders: &[PathBuf],

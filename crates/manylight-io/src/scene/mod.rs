@@ -5,7 +5,6 @@ mod attributes;
 mod curve_files;
 mod description;
 mod digest;
-mod expansion;
 mod files;
 mod gltf;
 mod growth;
@@ -39,7 +38,8 @@ pub struct LoadedScene {
     pub desc: SceneDesc,
     /// In the order of the file; repeated subjects are reported once.
     pub warnings: Vec<Warning>,
-    /// Paths of the files that were read, sorted: the scene, included files, meshes, images and spectra.
+    /// Paths of the files that were read, sorted: the scene, included files, meshes, images and
+    /// spectra.
     pub files: Vec<PathBuf>,
 }
 
@@ -52,7 +52,8 @@ pub fn supported() -> impl Iterator<Item = SupportedFamily> {
 /// Loads the scene in the file `path`, with all included files, meshes and images.
 ///
 /// # Errors
-/// The first error in the order of the file. With [`LoadOptions::strict`], the first warning if there is no error.
+/// The first error in the order of the file. With [`LoadOptions::strict`], the first warning if
+/// there is no error.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
     let sink = Sink::default();
     let desc = load(path, options, &sink);
@@ -81,7 +82,8 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, Loa
     })
 }
 
-/// All errors and warnings of the scene in the file `path`, sorted by file (in the order of inclusion) and location.
+/// All errors and warnings of the scene in the file `path`, sorted by file (in the order of
+/// inclusion) and location.
 pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
     let sink = Sink::default();
     load(path, options, &sink);

@@ -5,18 +5,21 @@ use std::path::PathBuf;
 /// Options of loading.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of the file.
+    /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of
+    /// the file.
     pub defines: Vec<(String, String)>,
     /// Whether the first warning is an error.
     pub strict: bool,
-    /// Options for glTF scenes. Options that differ from the default are errors for scenes of other formats.
+    /// Options for glTF scenes. Options that differ from the default are errors for scenes of other
+    /// formats.
     pub gltf: GltfOptions,
 }
 
 /// Options of loading glTF scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfOptions {
-    /// The units of punctual lights. `None`: lumen for files of Blender's exporter, watt for others.
+    /// The units of punctual lights. `None`: lumen for files of Blender's exporter, watt for
+    /// others.
     pub light_units: Option<LightUnits>,
     /// The environment.
     pub environment: Option<EnvironmentSource>,

@@ -1,5 +1,5 @@
-//! Parameters of the objects of a scene: what the readers of all formats share. Every parameter that
-//! is read is noted, so that those that nothing reads can be reported as unknown.
+//! Parameters of the objects of a scene: what the readers of all formats share. Every parameter
+//! that is read is noted, so that those that nothing reads can be reported as unknown.
 
 use super::sink::{FileSpan, Problem, Sink, Text};
 use crate::suggest::{did_you_mean, one_of};
@@ -126,7 +126,8 @@ pub(super) trait Parameters: Numbers {
     /// The string `name`, if it is given.
     fn string(&self, name: &'static str) -> Option<&Text>;
 
-    /// The value of the parameter `name` as `read` gives it. Another type than `expected` is reported.
+    /// The value of the parameter `name` as `read` gives it. Another type than `expected` is
+    /// reported.
     fn typed<'s, T>(
         &'s self,
         name: &'static str,

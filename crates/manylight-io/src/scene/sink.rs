@@ -1,4 +1,5 @@
-//! Collection of errors and warnings. Loading continues after an error, so that one run finds all problems.
+//! Collection of errors and warnings. Loading continues after an error, so that one run finds all
+//! problems.
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
 use crate::file_error::{FileError, FileErrorKind};
@@ -259,7 +260,8 @@ impl Sink {
         self.count(Severity::Error).get() > 0
     }
 
-    /// The problems, sorted by file and location; those without a location first. If there are too many, the last one says so.
+    /// The problems, sorted by file and location; those without a location first. If there are too
+    /// many, the last one says so.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
         found.sort_by_key(|(span, _)| *span);

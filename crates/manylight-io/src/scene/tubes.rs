@@ -20,8 +20,9 @@ impl TubeDetail {
         pieces: 4,
     };
 
-    /// The finest detail with which `segments` segments have at most about two million triangles; hair and fur are coarse, single ropes
-    /// fine. `triangles` is the number of triangles of a segment.
+    /// The finest detail with which `segments` segments have at most about two million triangles;
+    /// hair and fur are coarse, single ropes fine. `triangles` is the number of triangles of a
+    /// segment.
     pub(super) fn for_segments(
         segments: usize,
         triangles: impl Fn(&TubeDetail) -> usize,
@@ -51,18 +52,21 @@ impl TubeDetail {
 pub(super) struct Ring {
     pub(super) center: Vec3,
     pub(super) radius: f32,
-    /// Unit vectors across the curve, at a quarter of a turn; their cross product is the direction of the curve.
+    /// Unit vectors across the curve, at a quarter of a turn; their cross product is the direction
+    /// of the curve.
     pub(super) axes: [Vec3; 2],
-    /// Cosine and sine of the angle by which the surface normal leans towards the direction of the curve.
+    /// Cosine and sine of the angle by which the surface normal leans towards the direction of the
+    /// curve.
     pub(super) lean: [f32; 2],
     /// Place along the curve, the second argument of the texture coordinates.
     pub(super) along: f32,
 }
 
-/// Adds the surface through consecutive rings. Texture coordinates are a function of the turn around the curve, from 0 to 1, and of
-/// [`Ring::along`].
+/// Adds the surface through consecutive rings. Texture coordinates are a function of the turn
+/// around the curve, from 0 to 1, and of [`Ring::along`].
 pub(super) fn add_tube(mesh: &mut Mesh, rings: &[Ring], sides: usize, uv: fn(f32, f32) -> Vec2) {
-    // The mean width of the shadow of a polygon is its perimeter over π, so its corners lie outside of the circle by this factor.
+    // The mean width of the shadow of a polygon is its perimeter over π, so its corners lie outside
+    // of the circle by this factor.
     let widening = PI / (sides as f32 * (PI / sides as f32).sin());
     let first = mesh.positions.len();
     for ring in rings {
@@ -93,8 +97,8 @@ pub(super) fn add_tube(mesh: &mut Mesh, rings: &[Ring], sides: usize, uv: fn(f32
     }
 }
 
-/// The rings around a straight segment between two spheres that touch its surface, with half of each sphere. The fourth components are
-/// radii.
+/// The rings around a straight segment between two spheres that touch its surface, with half of
+/// each sphere. The fourth components are radii.
 pub(super) fn capsule(
     ends: [Vec4; 2],
     axes: [Vec3; 2],

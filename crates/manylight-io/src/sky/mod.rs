@@ -1,7 +1,8 @@
 //! Sun and sky as an environment map.
 //!
-//! The sky is the model of Hosek and Wilkie 2012, from the crate `hw-skymodel`. The sun is a uniform disc with the solar radiance
-//! of Hosek and Wilkie 2013. Units and frame are those of Mitsuba 3's `sunsky`: x south, y west, z up.
+//! The sky is the model of Hosek and Wilkie 2012, from the crate `hw-skymodel`. The sun is a
+//! uniform disc with the solar radiance of Hosek and Wilkie 2013. Units and frame are those of
+//! Mitsuba 3's `sunsky`: x south, y west, z up.
 
 mod solar;
 mod sun_position;
@@ -21,7 +22,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 /// Parameters of sun and sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunSky {
-    /// Unit vector to the sun, in the frame x south, y west, z up. There is no light if the sun is below the horizon.
+    /// Unit vector to the sun, in the frame x south, y west, z up. There is no light if the sun is
+    /// below the horizon.
     pub sun_direction: Vec3,
     /// Turbidity of the atmosphere, clamped to [1, 10].
     pub turbidity: f32,
@@ -52,18 +54,18 @@ impl Default for SunSky {
 /// Angular diameter of the sun in degrees, as in Mitsuba.
 const SUN_DIAMETER: f32 = 0.5358;
 
-/// Rotation from the frame of an environment map (y up) to the frame of the sky (z up). The transform of a baked map is
-/// `world_from_sky * sky_from_environment()`.
+/// Rotation from the frame of an environment map (y up) to the frame of the sky (z up). The
+/// transform of a baked map is `world_from_sky * sky_from_environment()`.
 pub fn sky_from_environment() -> Mat3 {
     Mat3::from_cols(Vec3::X, Vec3::Z, -Vec3::Y)
 }
 
-/// Radiance of sun and sky as the image of a [`manylight::emitters::Environment`], in the frame y up (see
-/// [`sky_from_environment`]). It has `width` columns (at least 8) with centers at half-integers, and `width / 2 + 1` rows from
-/// pole to pole.
+/// Radiance of sun and sky as the image of a [`manylight::emitters::Environment`], in the frame y
+/// up (see [`sky_from_environment`]). It has `width` columns (at least 8) with centers at
+/// half-integers, and `width / 2 + 1` rows from pole to pole.
 ///
-/// The flux of the sun is distributed to the texels around its disc by the weights of bilinear interpolation, so that the
-/// interpolated map has the same flux.
+/// The flux of the sun is distributed to the texels around its disc by the weights of bilinear
+/// interpolation, so that the interpolated map has the same flux.
 pub fn bake_sunsky(parameters: &SunSky, width: usize) -> Image {
     /// Least width of a map.
     const MIN_COLUMNS: usize = 8;
@@ -82,7 +84,8 @@ pub fn bake_sunsky(parameters: &SunSky, width: usize) -> Image {
     image
 }
 
-/// Direction in the frame of the sky, from the polar angle of a row and the azimuth of a column of the map.
+/// Direction in the frame of the sky, from the polar angle of a row and the azimuth of a column of
+/// the map.
 fn direction(theta: f32, phi: f32) -> Vec3 {
     sky_from_environment()
         * Vec3::new(
@@ -156,7 +159,8 @@ impl Sky {
     }
 }
 
-/// Factor from the unit of the model's data to that of Mitsuba: 1 over the integral of the luminosity function in nm.
+/// Factor from the unit of the model's data to that of Mitsuba: 1 over the integral of the
+/// luminosity function in nm.
 const UNIT: f32 = 1.0 / 106.750_26;
 
 /// Adds the sun: splats the flux of a regular set of directions in its disc.
@@ -174,8 +178,8 @@ fn add_sun(image: &mut Image, parameters: &SunSky) {
         .clamp(MIN_HALF_ANGLE, FRAC_PI_2);
     let elevation = parameters.sun_direction.z.min(1.0).asin().to_degrees();
     let radiance = solar::disc_radiance(parameters.turbidity, elevation) * parameters.sun_scale;
-    // Scale the radiance so that the flux does not depend on the size of the disc. Computed in single precision, as in Mitsuba,
-    // which is accurate to 0.2 %.
+    // Scale the radiance so that the flux does not depend on the size of the disc. Computed in
+    // single precision, as in Mitsuba, which is accurate to 0.2 %.
     let per_disc = |half_angle: f32| 1.0 - half_angle.cos();
     let radiance = radiance * (per_disc((0.5 * SUN_DIAMETER).to_radians()) / per_disc(half_angle));
     let flux = radiance * cap(half_angle);
@@ -212,7 +216,8 @@ fn cap(half_angle: f32) -> f32 {
     4.0 * PI * (0.5 * half_angle).sin().powi(2)
 }
 
-/// Adds flux (radiance times solid angle) in direction `d` to four texels: the adjoint of bilinear interpolation.
+/// Adds flux (radiance times solid angle) in direction `d` to four texels: the adjoint of bilinear
+/// interpolation.
 fn splat(image: &mut Image, d: Vec3, flux: Rgb) {
     let d = sky_from_environment().transpose() * d;
     let x = d.x.atan2(-d.z) / TAU * image.width as f32 - 0.5;
@@ -233,8 +238,8 @@ fn splat(image: &mut Image, d: Vec3, flux: Rgb) {
     }
 }
 
-/// Integral over the sphere of the bilinear weight of a texel in `row`: the azimuth of a column times
-/// ∫ (1 - |θ - θ_row| / h) sin θ dθ, where h is the polar angle between rows.
+/// Integral over the sphere of the bilinear weight of a texel in `row`: the azimuth of a column
+/// times ∫ (1 - |θ - θ_row| / h) sin θ dθ, where h is the polar angle between rows.
 fn texel_solid_angle(image: &Image, row: usize) -> f32 {
     let last = image.height - 1;
     let h = PI / last as f32;

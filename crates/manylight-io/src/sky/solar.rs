@@ -7,8 +7,9 @@ const FIRST: f32 = 2.0;
 /// Step of the elevation between columns, in degrees.
 const STEP: f32 = 3.0;
 
-/// Mean radiance of the disc in the unit of the sky model, for a turbidity in [1, 10] and an elevation of the sun in degrees.
-/// The table is linearly interpolated; elevations outside of it are clamped.
+/// Mean radiance of the disc in the unit of the sky model, for a turbidity in [1, 10] and an
+/// elevation of the sun in degrees. The table is linearly interpolated; elevations outside of it
+/// are clamped.
 pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
     let row = ((turbidity - 1.0) as usize).min(DISC.len() - 2);
     let t = turbidity - 1.0 - row as f32;
@@ -19,8 +20,9 @@ pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
     along(row).lerp(along(row + 1), t).map(|v| v.max(0.0))
 }
 
-/// The solar radiance function of Hosek and Wilkie 2013 in linear Rec. 709, as evaluated by Mitsuba 3: rows for turbidity 1 to
-/// 10, columns for elevations from 2 to 89 degrees in steps of 3. Negative channels are colors of a low sun outside Rec. 709.
+/// The solar radiance function of Hosek and Wilkie 2013 in linear Rec. 709, as evaluated by Mitsuba
+/// 3: rows for turbidity 1 to 10, columns for elevations from 2 to 89 degrees in steps of 3.
+/// Negative channels are colors of a low sun outside Rec. 709.
 #[rustfmt::skip]
 const DISC: [[[f32; 3]; 30]; 10] = [
     [

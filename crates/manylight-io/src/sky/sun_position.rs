@@ -44,8 +44,8 @@ impl Default for PlaceAndTime {
 }
 
 impl PlaceAndTime {
-    /// Unit vector to the sun in the frame x south, y west, z up. Source: the PSA algorithm of Blanco-Muriel et al. 2001, with
-    /// its parallax correction.
+    /// Unit vector to the sun in the frame x south, y west, z up. Source: the PSA algorithm of
+    /// Blanco-Muriel et al. 2001, with its parallax correction.
     pub fn sun_direction(&self) -> Vec3 {
         let hours = f64::from(self.hour - self.timezone)
             + (f64::from(self.minute) + f64::from(self.second) / 60.0) / 60.0;
@@ -85,9 +85,11 @@ impl PlaceAndTime {
         )
     }
 
-    /// Days since 1 January 2000, 12:00 universal time. `hours` is the universal time of day in hours.
+    /// Days since 1 January 2000, 12:00 universal time. `hours` is the universal time of day in
+    /// hours.
     fn days_since_2000(&self, hours: f64) -> f64 {
-        // Julian day number by Fliegel and van Flandern 1968; the integer divisions truncate on purpose.
+        // Julian day number by Fliegel and van Flandern 1968; the integer divisions truncate on
+        // purpose.
         let january = (self.month - 14) / 12;
         let julian_day = (1461 * (self.year + 4800 + january)) / 4
             + (367 * (self.month - 2 - 12 * january)) / 12

@@ -9,14 +9,15 @@ const STEP: f64 = 5.0;
 /// Number of entries.
 const COUNT: usize = 95;
 
-/// Color matching functions x, y, z of the CIE 1931 2 degree observer, at a wavelength in [[`FIRST`], [`LAST`]] nm.
+/// Color matching functions x, y, z of the CIE 1931 2 degree observer, at a wavelength in
+/// [[`FIRST`], [`LAST`]] nm.
 pub(super) fn observer(wavelength: f64) -> [f64; 3] {
     let (i, t) = place(wavelength);
     std::array::from_fn(|c| OBSERVER[i][c] * (1.0 - t) + OBSERVER[i + 1][c] * t)
 }
 
-/// Relative power of illuminant D65 at a wavelength in [[`FIRST`], [`LAST`]] nm, scaled to the luminance of the equal-energy
-/// spectrum of value 1.
+/// Relative power of illuminant D65 at a wavelength in [[`FIRST`], [`LAST`]] nm, scaled to the
+/// luminance of the equal-energy spectrum of value 1.
 pub(super) fn daylight(wavelength: f64) -> f64 {
     let (i, t) = place(wavelength);
     (D65[i] * (1.0 - t) + D65[i + 1] * t) / D65_MEAN

@@ -2,8 +2,8 @@
 
 use manylight::color::Rgb;
 
-/// Complex index of refraction eta + i k of the conductor with Mitsuba's `name`, as (eta, k). `none` is a perfect mirror,
-/// with eta = 0 and k = 1.
+/// Complex index of refraction eta + i k of the conductor with Mitsuba's `name`, as (eta, k).
+/// `none` is a perfect mirror, with eta = 0 and k = 1.
 pub fn metal(name: &str) -> Option<(Rgb, Rgb)> {
     if name == "none" {
         return Some((Rgb::BLACK, Rgb::WHITE));

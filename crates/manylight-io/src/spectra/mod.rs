@@ -1,9 +1,10 @@
 //! Conversion of spectra to linear Rec. 709 colors, equal to that of Mitsuba's RGB variants.
 //!
-//! A spectrum is a list of (wavelength in nm, value) with increasing wavelengths, linearly interpolated and zero outside. It is
-//! integrated with the CIE 1931 2 degree observer from 360 nm to 830 nm. Reflectances and coefficients are multiplied by
-//! illuminant D65, so that a reflectance of 1 becomes white. Emission is not, so that a constant emission of 1 becomes the
-//! color of the equal-energy spectrum, (1.205, 0.948, 0.909).
+//! A spectrum is a list of (wavelength in nm, value) with increasing wavelengths, linearly
+//! interpolated and zero outside. It is integrated with the CIE 1931 2 degree observer from 360 nm
+//! to 830 nm. Reflectances and coefficients are multiplied by illuminant D65, so that a reflectance
+//! of 1 becomes white. Emission is not, so that a constant emission of 1 becomes the color of the
+//! equal-energy spectrum, (1.205, 0.948, 0.909).
 
 mod cie;
 mod ior;
@@ -35,14 +36,15 @@ pub fn emission_rgb(spectrum: &[(f32, f32)]) -> Rgb {
     integrate(|x| interpolate(spectrum, x)).map(|v| v.max(0.0))
 }
 
-/// Color of a constant emission spectrum (X = Y = Z = `value`), clamped to at least 0. A constant reflectance or coefficient
-/// needs no conversion, because its color is gray.
+/// Color of a constant emission spectrum (X = Y = Z = `value`), clamped to at least 0. A constant
+/// reflectance or coefficient needs no conversion, because its color is gray.
 pub fn constant_emission_rgb(value: f32) -> Rgb {
     rec709_from_xyz([f64::from(value); 3]).map(|v| v.max(0.0))
 }
 
-/// Radiance in W/(m² sr nm) of a black body of `temperature` in kelvin, by Planck's law; black for temperatures up to 0. The
-/// unit is that of Mitsuba's spectral variants (its RGB variants do not support black bodies).
+/// Radiance in W/(m² sr nm) of a black body of `temperature` in kelvin, by Planck's law; black for
+/// temperatures up to 0. The unit is that of Mitsuba's spectral variants (its RGB variants do not
+/// support black bodies).
 pub fn blackbody_rgb(temperature: f32) -> Rgb {
     if temperature > 0.0 {
         integrate(|wavelength| planck(wavelength, temperature)).map(|v| v.max(0.0))
@@ -51,7 +53,8 @@ pub fn blackbody_rgb(temperature: f32) -> Rgb {
     }
 }
 
-/// Largest radiance in W/(m² sr nm) of a black body of `temperature` > 0 in kelvin over all wavelengths.
+/// Largest radiance in W/(m² sr nm) of a black body of `temperature` > 0 in kelvin over all
+/// wavelengths.
 pub fn blackbody_peak(temperature: f32) -> f32 {
     /// Wien's displacement constant in nm K.
     const WIEN: f64 = 2.897_771_955e6;
@@ -77,10 +80,12 @@ pub(crate) fn is_spectrum(samples: &[(f32, f32)]) -> bool {
     !samples.is_empty() && samples.windows(2).all(|pair| pair[0].0 < pair[1].0)
 }
 
-/// Reads a text file with one wavelength in nm and one value per line. Empty lines and lines that start with `#` are skipped.
+/// Reads a text file with one wavelength in nm and one value per line. Empty lines and lines that
+/// start with `#` are skipped.
 ///
 /// # Errors
-/// The file cannot be read, a line is not two finite numbers, the wavelengths do not increase, or there are none.
+/// The file cannot be read, a line is not two finite numbers, the wavelengths do not increase, or
+/// there are none.
 pub fn read_spectrum(path: &Path) -> Result<Vec<(f32, f32)>, FileError> {
     let bytes = read_bytes(path)?;
     parse_spectrum(&bytes).map_err(|fault| fault.in_file(path))
@@ -133,8 +138,9 @@ fn interpolate(spectrum: &[(f32, f32)], x: f64) -> f64 {
     }
 }
 
-/// Rec. 709 color of `power`, a function of the wavelength in nm. The quadrature uses the nodes and weights of Mitsuba's
-/// `spectrum_list_to_srgb`, because they differ visibly from the exact integral for coarse spectra.
+/// Rec. 709 color of `power`, a function of the wavelength in nm. The quadrature uses the nodes and
+/// weights of Mitsuba's `spectrum_list_to_srgb`, because they differ visibly from the exact
+/// integral for coarse spectra.
 fn integrate(power: impl Fn(f64) -> f64) -> Rgb {
     const STEPS: u32 = 1000;
     const RANGE: f64 = cie::LAST - cie::FIRST;

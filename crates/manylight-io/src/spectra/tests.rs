@@ -73,7 +73,8 @@ fn coefficients_have_no_upper_bound() {
 #[test]
 fn black_bodies_have_the_luminance_of_the_old_candela() {
     let per_lumen = 683.002 * 106.750_26;
-    // The candela was once defined by a black body at the freezing point of platinum (2041 K), with 60 cd/cm².
+    // The candela was once defined by a black body at the freezing point of platinum (2041 K), with
+    // 60 cd/cm².
     let luminance = blackbody_rgb(2041.4).luminance() * per_lumen;
     assert!((luminance / 6e5 - 1.0).abs() < 0.01, "{luminance}");
     let white = blackbody_rgb(6500.0);

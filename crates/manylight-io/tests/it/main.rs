@@ -67,7 +67,8 @@ fn load_version(version: &str, content: &str) -> SceneDesc {
     loaded.desc
 }
 
-/// All problems of a scene with `content`, as `severity line:column message (help)`. Line 1 of `content` is line 2 of the file.
+/// All problems of a scene with `content`, as `severity line:column message (help)`. Line 1 of
+/// `content` is line 2 of the file.
 fn problems(version: &str, content: &str) -> Vec<String> {
     let files = Files::new(&document(version, content), &[]);
     let folder = files.folder.path().display().to_string();

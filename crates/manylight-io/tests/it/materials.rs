@@ -1,4 +1,5 @@
-//! Materials: defaults, parameters and spectra. The numbers are those that Mitsuba 3.9.1 prints for the same text.
+//! Materials: defaults, parameters and spectra. The numbers are those that Mitsuba 3.9.1 prints for
+//! the same text.
 
 use crate::{Files, load, load_version};
 use manylight::bsdf::Material;

@@ -1,4 +1,5 @@
-//! Well-known scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the tests are skipped.
+//! Well-known scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it,
+//! the tests are skipped.
 
 use manylight::geometry::Shape;
 use manylight_io::{LoadOptions, check_scene, load_scene};

@@ -31,7 +31,8 @@ const SUN_RADIUS: f32 = 0.01;
 
 #[test]
 fn the_sun_is_placed_by_time_or_direction() {
-    // Tokyo, 10 July 2010, 9:00. The same sky by time in 0.x (y up), and by a world-space direction in version 3 (z up).
+    // Tokyo, 10 July 2010, 9:00. The same sky by time in 0.x (y up), and by a world-space direction
+    // in version 3 (z up).
     let sun = Vec3::new(0.095_695, 0.782_867, -0.614_786);
     let old = load_version(
         "0.5.0",

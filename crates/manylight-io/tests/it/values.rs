@@ -1,5 +1,5 @@
-//! Shapes, transforms, sensors, emitters, textures, references and parameters. The numbers are those that Mitsuba 3.9.1 prints
-//! for the same text.
+//! Shapes, transforms, sensors, emitters, textures, references and parameters. The numbers are
+//! those that Mitsuba 3.9.1 prints for the same text.
 
 use crate::materials::constant;
 use crate::{Files, document, load};

@@ -1,5 +1,6 @@
-//! Attributes of PLY elements, by the naming rules of Mitsuba 3.9: `r g b` or `red green blue` are the color; other attributes are runs of
-//! properties `NAME_x`, `NAME_r`, `NAME_0` or `NAME_1`, alone or followed by the two next letters or digits.
+//! Attributes of PLY elements, by the naming rules of Mitsuba 3.9: `r g b` or `red green blue` are
+//! the color; other attributes are runs of properties `NAME_x`, `NAME_r`, `NAME_0` or `NAME_1`,
+//! alone or followed by the two next letters or digits.
 
 use super::header::{PlyElement, Property};
 use crate::mesh::attributes::{AttributePlace, MeshAttribute};
@@ -101,7 +102,8 @@ impl AttributeReader {
         }
     }
 
-    /// Gives the last value again, or takes it back, so that there are `count` of them: a polygon may be any number of triangles.
+    /// Gives the last value again, or takes it back, so that there are `count` of them: a polygon
+    /// may be any number of triangles.
     pub(super) fn repeat_last(&mut self, count: usize) {
         for attribute in &mut self.attributes {
             let last = attribute.values.last().copied().unwrap_or(Rgb::BLACK);

@@ -34,7 +34,8 @@ impl Number {
         !matches!(self, Number::F32 | Number::F64)
     }
 
-    /// A value as attributes have it: integers as fractions of the largest one with the sRGB transfer function, as in Mitsuba.
+    /// A value as attributes have it: integers as fractions of the largest one with the sRGB
+    /// transfer function, as in Mitsuba.
     pub(super) fn normalized(self, value: f64) -> f32 {
         let largest = match self {
             Number::I8 => f64::from(i8::MAX),
@@ -154,7 +155,8 @@ impl Header {
     }
 }
 
-/// The first line of `rest` as text. Only comments may have bytes that are not UTF-8; elsewhere they become unknown words.
+/// The first line of `rest` as text. Only comments may have bytes that are not UTF-8; elsewhere
+/// they become unknown words.
 fn first_line(rest: &[u8]) -> Cow<'_, str> {
     let line = rest.split(|&b| b == b'\n').next().unwrap_or_default();
     String::from_utf8_lossy(line)

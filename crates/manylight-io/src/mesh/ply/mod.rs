@@ -1,8 +1,9 @@
 //! Stanford PLY: ASCII, binary little endian and binary big endian.
 //!
-//! Used are the properties `x y z`, `nx ny nz` and one pair of texture coordinates (`u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`) of the element `vertex`, and the list `vertex_indices` or `vertex_index` of the element `face`.
-//! Other properties are attributes, if they are wanted, or skipped. Polygons are triangulated as fans around their first corner.
+//! Used are the properties `x y z`, `nx ny nz` and one pair of texture coordinates (`u v`, `s t`,
+//! `texture_u texture_v` or `texture_s texture_t`) of the element `vertex`, and the list
+//! `vertex_indices` or `vertex_index` of the element `face`. Other properties are attributes, if
+//! they are wanted, or skipped. Polygons are triangulated as fans around their first corner.
 
 mod attributes;
 mod header;
@@ -163,7 +164,8 @@ fn skip_element(element: &PlyElement, body: &mut Body) -> Result<(), Fault> {
 /// Number of values of a vertex: position, normal, texture coordinates.
 const VERTEX_VALUES: usize = 8;
 
-/// For every property of a vertex, the index of its value in position, normal and texture coordinates, if it has one.
+/// For every property of a vertex, the index of its value in position, normal and texture
+/// coordinates, if it has one.
 fn vertex_layout(element: &PlyElement) -> Result<Vec<Option<usize>>, Fault> {
     const NAMES: [&[&str]; VERTEX_VALUES] = [
         &["x"],

@@ -51,7 +51,8 @@ fn serialized_file(version: u16, streams: &[Vec<u8>]) -> Vec<u8> {
     .concat()
 }
 
-/// Two meshes: one in double precision with positions only, one in single precision with normals and uv coordinates.
+/// Two meshes: one in double precision with positions only, one in single precision with normals
+/// and uv coordinates.
 pub(super) fn two_shapes(version: u16) -> Vec<u8> {
     let normals_and_uvs = [
         0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25, 1.0, 0.0, 1.0, 1.0,

@@ -218,7 +218,8 @@ impl<'a> Accessors<'a, '_> {
         Accessors { decoded, ..*self }
     }
 
-    /// Index and component type of the accessor to which `at` refers, into which data is decompressed.
+    /// Index and component type of the accessor to which `at` refers, into which data is
+    /// decompressed.
     #[cfg(feature = "draco")]
     pub(super) fn target(&self, at: &Json<'a>) -> Option<(usize, Component)> {
         let index = at.as_index("accessors", self.document.accessors.len())?;
@@ -357,7 +358,8 @@ impl<'a> Accessors<'a, '_> {
                 parts.map(&read).collect()
             }
             (None, None) => {
-                // Nothing in the file limits the count of an accessor without data but the data that belong to it.
+                // Nothing in the file limits the count of an accessor without data but the data
+                // that belong to it.
                 if layout.count > self.buffers.total_bytes() {
                     json.error_at(
                         "count",
@@ -422,7 +424,8 @@ impl<'a> Accessors<'a, '_> {
     }
 }
 
-/// All elements of decompressed data. Their number may differ from that of the accessor only by mistake.
+/// All elements of decompressed data. Their number may differ from that of the accessor only by
+/// mistake.
 fn decoded_elements<T>(
     decoded: &DecodedData,
     layout: &Layout<'_>,
@@ -457,7 +460,8 @@ fn mismatch(found: Option<Component>, code: u64, allowed: Allowed, user: &str) -
     }
 }
 
-/// `count` elements of `size` bytes each, `offset` bytes into a view. `json` describes them in messages.
+/// `count` elements of `size` bytes each, `offset` bytes into a view. `json` describes them in
+/// messages.
 fn strided<'v>(
     json: &Json<'_>,
     data: ViewData<'v>,

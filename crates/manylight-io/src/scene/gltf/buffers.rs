@@ -37,7 +37,8 @@ pub(super) struct ViewData<'b> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers. `data` is the data chunk of a binary file, `folder` that of the scene file.
+    /// Reads all buffers. `data` is the data chunk of a binary file, `folder` that of the scene
+    /// file.
     pub(super) fn read(document: &Document<'a>, data: Option<&'a [u8]>, folder: &Path) -> Self {
         let buffers = document.buffers.iter().enumerate();
         let mut read = Buffers {
@@ -124,7 +125,8 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// The distance between elements that a view gives, in bytes. `Err` if it is not allowed, which is reported.
+/// The distance between elements that a view gives, in bytes. `Err` if it is not allowed, which is
+/// reported.
 fn stride(json: &Json<'_>) -> Result<Option<usize>, ()> {
     let stride = json.unsigned("byteStride");
     if let Some(stride) = stride.filter(|stride| !(1..=256).contains(stride)) {

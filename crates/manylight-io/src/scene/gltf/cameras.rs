@@ -9,15 +9,18 @@ use manylight::math::{Aabb, Affine3A, Mat3, UVec2, Vec2, Vec3};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
 use std::f64::consts::PI;
 
-/// Longer edge of the film in pixels; the aspect ratio of the camera gives the other one. Files do not say how large images are.
+/// Longer edge of the film in pixels; the aspect ratio of the camera gives the other one. Files do
+/// not say how large images are.
 const LONGER_EDGE: f64 = 1280.0;
 /// Aspect ratio of the film if the camera has none.
 const DEFAULT_ASPECT: f64 = 16.0 / 9.0;
-/// Farthest distance of a camera without `zfar`, in units of the scene. A finite number, because rays end there.
+/// Farthest distance of a camera without `zfar`, in units of the scene. A finite number, because
+/// rays end there.
 const FAR: f32 = 1e30;
 /// Vertical field of view in degrees of the camera for files without one.
 const FRAMING_FOV: f32 = 40.0;
-/// Direction from the scene to this camera: the front of a model is +z, seen from a little above and to the right.
+/// Direction from the scene to this camera: the front of a model is +z, seen from a little above
+/// and to the right.
 const FRAMING_DIRECTION: Vec3 = Vec3::new(0.35, 0.25, 1.0);
 /// Part of the film that the scene fills at most in such a picture.
 const FRAMING_MARGIN: f32 = 0.9;
@@ -63,7 +66,8 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
         return None;
     };
     sensor.film = film(x / y);
-    // The film covers [-1, 1] of the camera frame. So a unit of this frame is `xmag`, half the width.
+    // The film covers [-1, 1] of the camera frame. So a unit of this frame is `xmag`, half the
+    // width.
     sensor.world_from_camera *= Affine3A::from_scale(Vec3::splat(x as f32));
     sensor.near_clip = near / x as f32;
     // Rays start at the near plane, and end at this distance minus that of the near plane in the
@@ -87,8 +91,8 @@ fn film(aspect: f64) -> FilmDesc {
     film_of_size(size, Filter::Gaussian { stddev: 0.5 })
 }
 
-/// The frame of a camera at a node, without the scale of the node. glTF's cameras look along -z with +x to the right, those of
-/// the renderer along +z with +x to the left.
+/// The frame of a camera at a node, without the scale of the node. glTF's cameras look along -z
+/// with +x to the right, those of the renderer along +z with +x to the left.
 fn camera_frame(world_from_node: &DMat4) -> Affine3A {
     let m = DMat3::from_mat4(*world_from_node);
     let z = m.z_axis.normalize_or(DVec3::Z);

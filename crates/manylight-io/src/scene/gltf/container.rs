@@ -1,4 +1,5 @@
-//! The two containers of glTF: JSON text, and binary files (`.glb`) with a JSON chunk and a chunk of data.
+//! The two containers of glTF: JSON text, and binary files (`.glb`) with a JSON chunk and a chunk
+//! of data.
 
 use crate::file_error::Fault;
 

@@ -42,7 +42,8 @@ pub(super) fn morph<'a>(
     Some(())
 }
 
-/// The matrices of the joints of a skin, from the space of the mesh to the world. `world` has the transforms of all nodes.
+/// The matrices of the joints of a skin, from the space of the mesh to the world. `world` has the
+/// transforms of all nodes.
 pub(super) fn joint_matrices<'a>(
     skin: &Json<'a>,
     world: &[DMat4],

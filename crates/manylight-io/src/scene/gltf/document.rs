@@ -87,7 +87,8 @@ impl<'a> Document<'a> {
         used.iter().any(|used| used.as_string() == Some(name))
     }
 
-    /// Whether the exporter of Blender wrote the file. It means some things in the way of Blender where the specification differs.
+    /// Whether the exporter of Blender wrote the file. It means some things in the way of Blender
+    /// where the specification differs.
     pub(super) fn is_by_blender(&self) -> bool {
         let asset = self.root.member("asset");
         let generator = asset.and_then(|asset| asset.string("generator"));

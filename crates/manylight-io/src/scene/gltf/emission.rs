@@ -1,12 +1,13 @@
-//! Surfaces that emit on both sides. Area emitters have one side, so an open double-sided surface gets a second one, which is turned over
-//! and lies behind it.
+//! Surfaces that emit on both sides. Area emitters have one side, so an open double-sided surface
+//! gets a second one, which is turned over and lies behind it.
 
 use super::primitives::Geometry;
 use manylight::math::{Aabb, Vec3};
 use manylight::texture::ColorInput;
 use std::collections::HashMap;
 
-/// Distance of the second surface, relative to the diagonal of the bounds: far above the rounding of coordinates, and too small to see.
+/// Distance of the second surface, relative to the diagonal of the bounds: far above the rounding
+/// of coordinates, and too small to see.
 const DISTANCE: f32 = 1e-4;
 
 /// A key of emitted radiance, which is the same for equal values only.

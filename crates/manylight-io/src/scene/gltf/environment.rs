@@ -47,8 +47,8 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
     }
 }
 
-/// Light for files without lights. Screens and labels emit by textures and are not meant to light a scene; surfaces with an emission of one
-/// color may be.
+/// Light for files without lights. Screens and labels emit by textures and are not meant to light a
+/// scene; surfaces with an emission of one color may be.
 fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
     let emits_by_texture = |emitter: &Emitter| {
         matches!(
@@ -78,8 +78,9 @@ fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
     }
 }
 
-/// From the frame of the image to the world. The center of the image is +x and the quarter to its right +z, as in Blender and three.js for
-/// the same image; the renderer's own frame has the center at +z.
+/// From the frame of the image to the world. The center of the image is +x and the quarter to its
+/// right +z, as in Blender and three.js for the same image; the renderer's own frame has the center
+/// at +z.
 fn orientation() -> Mat3 {
     Mat3::from_cols(Vec3::NEG_Z, Vec3::Y, Vec3::X)
 }

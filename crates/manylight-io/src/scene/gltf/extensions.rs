@@ -1,4 +1,5 @@
-//! The KHR_materials extensions: further lobes, other interfaces, and the specular-glossiness model.
+//! The KHR_materials extensions: further lobes, other interfaces, and the specular-glossiness
+//! model.
 
 use super::super::description::WHITE;
 use super::super::parameters::Numbers;
@@ -91,12 +92,14 @@ impl Lobes {
         lobes
     }
 
-    /// The strength makes alpha along the tangent `mix(alpha, 1, strength²)`; alpha across stays. The principled model has
-    /// `alpha / aspect` and `alpha aspect` with `aspect² = 1 - 0.9 anisotropic`.
+    /// The strength makes alpha along the tangent `mix(alpha, 1, strength²)`; alpha across stays.
+    /// The principled model has `alpha / aspect` and `alpha aspect` with
+    /// `aspect² = 1 - 0.9 anisotropic`.
     fn set_anisotropy(&mut self, json: &Json<'_>, base: &Base) {
         /// Smallest ratio of the two alphas: that of the principled model for `anisotropic` = 1.
         const SMALLEST_RATIO: f32 = 0.1;
-        /// Largest angle in radians between the direction and an axis of the tangent frame that counts as none.
+        /// Largest angle in radians between the direction and an axis of the tangent frame that
+        /// counts as none.
         const ALIGNED: f32 = 0.01;
         let strength = json.fraction("anisotropyStrength", 0.0);
         let rotation = json.float("anisotropyRotation", 0.0);
@@ -209,7 +212,8 @@ impl Glass {
         let weight = reader.textures.scaled(opaque, texture);
         let volume = reader.json.extension("KHR_materials_volume");
         let volume = volume.filter(|volume| volume.float("thicknessFactor", 0.0) > 0.0);
-        // Transmission in Blender refracts; its exporter says so by a thickness only if the user gives one.
+        // Transmission in Blender refracts; its exporter says so by a thickness only if the user
+        // gives one.
         let is_solid = volume.is_some() || reader.document.is_by_blender();
         let eta = if ior >= 1.001 { ior } else { DEFAULT_IOR };
         let roughness = roughness(base);
@@ -254,8 +258,8 @@ fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) ->
     }
 }
 
-/// A body that refracts. Its base color, and the absorption over its thickness, tint the light that passes both of its sides: half of
-/// them at each.
+/// A body that refracts. Its base color, and the absorption over its thickness, tint the light that
+/// passes both of its sides: half of them at each.
 fn solid(
     reader: &mut MaterialReader<'_, '_>,
     transmittance: Rgb,

@@ -1,4 +1,5 @@
-//! Images of textures. Their uses are collected first; then each image is decoded once, in parallel.
+//! Images of textures. Their uses are collected first; then each image is decoded once, in
+//! parallel.
 
 use super::super::description::set_image;
 use super::super::pixels::{of_size, pick};

@@ -1,4 +1,5 @@
-//! Values of the JSON tree with their paths. A value of a wrong type is reported, and its default returned: loading goes on.
+//! Values of the JSON tree with their paths. A value of a wrong type is reported, and its default
+//! returned: loading goes on.
 
 use super::super::parameters::Numbers;
 use super::report::Reporter;
@@ -63,7 +64,8 @@ impl<'a> Json<'a> {
         self.reporter.warn_once(subject, &self.path, message);
     }
 
-    /// Reports that the geometry here is compressed by an extension of which this build has no decoder.
+    /// Reports that the geometry here is compressed by an extension of which this build has no
+    /// decoder.
     #[cfg(not(all(feature = "draco", feature = "meshopt")))]
     pub(super) fn refuse_compressed(&self, extension: &str, feature: &str) {
         let message =

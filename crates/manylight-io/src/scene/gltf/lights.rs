@@ -8,7 +8,8 @@ use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which Blender's exporter uses for all colors.
+/// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which
+/// Blender's exporter uses for all colors.
 const LUMENS_PER_WATT: f32 = 683.0;
 
 /// How the writer of a file means its numbers.
@@ -20,8 +21,8 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// Blender's exporter writes photometric units while emission stays radiometric; others write both in one unit. `units` overrides
-    /// it.
+    /// Blender's exporter writes photometric units while emission stays radiometric; others write
+    /// both in one unit. `units` overrides it.
     pub(super) fn new(is_blender: bool, units: Option<LightUnits>) -> Self {
         let usual = if is_blender {
             LightUnits::Lumen
@@ -107,7 +108,8 @@ fn cone(light: &Json<'_>, dialect: Dialect) -> Option<(f32, f32)> {
     if !dialect.is_blender {
         return Some((inner, outer));
     }
-    // The exporter writes (1 - blend) · outer. The falloff of a lamp takes the part `blend` of the cosines of its cone.
+    // The exporter writes (1 - blend) · outer. The falloff of a lamp takes the part `blend` of the
+    // cosines of its cone.
     let blend = 1.0 - inner / outer;
     let cos = outer.cos() + (1.0 - outer.cos()) * blend;
     Some((cos.clamp(-1.0, 1.0).acos().min(outer), outer))

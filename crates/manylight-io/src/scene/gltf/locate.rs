@@ -4,8 +4,9 @@ use serde::de::IgnoredAny;
 use serde_json::Deserializer;
 use std::ops::Range;
 
-/// The bytes of the value at the JSON pointer `path` (RFC 6901, without escapes) in `text`, which is valid JSON. If there is no such value,
-/// those of the innermost value on the path. Only the first byte of objects and arrays is given, so that excerpts stay short.
+/// The bytes of the value at the JSON pointer `path` (RFC 6901, without escapes) in `text`, which
+/// is valid JSON. If there is no such value, those of the innermost value on the path. Only the
+/// first byte of objects and arrays is given, so that excerpts stay short.
 pub(super) fn locate(text: &str, path: &str) -> Range<usize> {
     let mut scanner = Scanner {
         bytes: text.as_bytes(),

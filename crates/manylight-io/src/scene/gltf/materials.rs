@@ -35,7 +35,8 @@ pub(super) struct Materials {
     /// Names, by the same indices.
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
-    /// Materials without vertex attributes, which meshes share: by index and primary set of texture coordinates.
+    /// Materials without vertex attributes, which meshes share: by index and primary set of texture
+    /// coordinates.
     shared: HashMap<(Option<usize>, usize), SurfaceMaterial>,
 }
 
@@ -268,7 +269,8 @@ impl<'a> MaterialReader<'a, '_> {
         (!factor.is_black()).then(|| self.color(json, "emissiveTexture", factor))
     }
 
-    /// A surface that shows its base color whatever light falls on it: an emitter that reflects nothing.
+    /// A surface that shows its base color whatever light falls on it: an emitter that reflects
+    /// nothing.
     fn unlit(mut self, base: &Base, mode: &str) -> SurfaceMaterial {
         self.json.warn_once(
             "unlit",
@@ -288,7 +290,8 @@ impl<'a> MaterialReader<'a, '_> {
     }
 }
 
-/// The index of the variant that the options name; `None` for the materials of the meshes. Unknown names are reported.
+/// The index of the variant that the options name; `None` for the materials of the meshes. Unknown
+/// names are reported.
 pub(super) fn chosen_variant(root: &Json<'_>, options: &GltfOptions) -> Option<usize> {
     let wanted = options.variant.as_deref()?;
     let variants = root

@@ -20,8 +20,8 @@ use manylight::scene::{InstanceDesc, PrimitiveDesc, SceneDesc};
 use manylight::texture::ColorInput;
 use std::collections::HashMap;
 
-/// Number of triangles from which on the copies of a mesh share its memory as instances. Fewer are faster as separate triangles, which
-/// lie in one acceleration structure.
+/// Number of triangles from which on the copies of a mesh share its memory as instances. Fewer are
+/// faster as separate triangles, which lie in one acceleration structure.
 const INSTANCED_TRIANGLES: usize = 20_000;
 /// Bytes of geometry from the bytes of the buffers.
 const BOUND: Bound = Bound {

@@ -2,11 +2,14 @@
 //!
 //! What is read, approximated and refused: `docs/formats/gltf.md`. Loading has these stages:
 //!
-//! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of the file.
-//! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of the data.
-//! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by `deform`, with `tangents`.
-//! 4. `materials`, by `material_reader`, `extensions` and `textures`, maps materials to those of the
-//!    renderer; `images` decodes images in parallel.
+//! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of
+//!    the file.
+//! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of
+//!    the data.
+//! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by
+//!    `deform`, with `tangents`.
+//! 4. `materials`, by `material_reader`, `extensions` and `textures`, maps materials to those of
+//!    the renderer; `images` decodes images in parallel.
 //!
 //! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
 
@@ -57,7 +60,8 @@ use nodes::{Hierarchy, PlacedNode};
 use report::Reporter;
 use std::path::Path;
 
-/// The scene in `bytes`, the content of `path`, without its invalid parts. `None` only if an error has been reported.
+/// The scene in `bytes`, the content of `path`, without its invalid parts. `None` only if an error
+/// has been reported.
 pub(super) fn load(
     path: &Path,
     bytes: &[u8],

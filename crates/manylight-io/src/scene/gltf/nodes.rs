@@ -10,7 +10,8 @@ pub(super) struct PlacedNode<'a> {
     pub(super) world_from_node: DMat4,
 }
 
-/// The nodes of the default scene, parents before children, and the transforms of all nodes of the file.
+/// The nodes of the default scene, parents before children, and the transforms of all nodes of the
+/// file.
 pub(super) struct Hierarchy<'a> {
     pub(super) nodes: Vec<PlacedNode<'a>>,
     /// By index of the node; that of nodes outside of the scene is the identity.
@@ -25,7 +26,8 @@ impl<'a> Hierarchy<'a> {
             world: vec![DMat4::IDENTITY; count],
         };
         let mut visited = vec![false; count];
-        // A stack, not recursion: hierarchies may be deep. Reversed, so that nodes come in the order of the file.
+        // A stack, not recursion: hierarchies may be deep. Reversed, so that nodes come in the
+        // order of the file.
         let mut stack: Vec<(usize, DMat4, Json<'a>)> = Vec::new();
         let push = |stack: &mut Vec<_>, items: Vec<Json<'a>>, parent: DMat4| {
             for item in items.into_iter().rev() {

@@ -28,7 +28,8 @@ const TRIANGLE_STRIP: u64 = 5;
 const TRIANGLE_FAN: u64 = 6;
 
 impl Geometry {
-    /// The geometry of a primitive with triangles; `None` for others, and for invalid ones, which are reported.
+    /// The geometry of a primitive with triangles; `None` for others, and for invalid ones, which
+    /// are reported.
     pub(super) fn read<'a>(
         json: &Json<'a>,
         needs: &VertexNeeds,
@@ -129,7 +130,8 @@ impl Geometry {
         None
     }
 
-    /// Drops vertices that no triangle has: files keep the vertices of many primitives in one array.
+    /// Drops vertices that no triangle has: files keep the vertices of many primitives in one
+    /// array.
     pub(super) fn drop_unused_vertices(&mut self) {
         let mut is_used = vec![false; self.positions.len()];
         for &corner in self.triangles.as_flattened() {

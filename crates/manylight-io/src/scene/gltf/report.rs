@@ -7,8 +7,8 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Longest line of JSON that is shown as an excerpt, in bytes. Longer ones are written by programs without line breaks: the excerpt would
-/// fill the screen.
+/// Longest line of JSON that is shown as an excerpt, in bytes. Longer ones are written by programs
+/// without line breaks: the excerpt would fill the screen.
 const LONGEST_EXCERPT: usize = 400;
 
 /// Reports problems of one file.
@@ -23,7 +23,8 @@ pub(super) struct Reporter<'a> {
 }
 
 impl<'a> Reporter<'a> {
-    /// For the file `path` with the JSON `text`. In a binary file, the text has no lines to point at.
+    /// For the file `path` with the JSON `text`. In a binary file, the text has no lines to point
+    /// at.
     pub(super) fn new(path: &Path, text: &str, is_binary: bool, sink: &'a Sink) -> Self {
         let readable = !is_binary && text.lines().all(|line| line.len() <= LONGEST_EXCERPT);
         let excerpts = readable.then(|| {

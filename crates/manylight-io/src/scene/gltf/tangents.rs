@@ -5,7 +5,8 @@ use bevy_mikktspace::{Geometry as Interface, TangentSpace, generate_tangents};
 use manylight::math::Vec3;
 use std::collections::HashMap;
 
-/// Sets the tangents of a geometry with normals and texture coordinates. Vertices are split where triangles have different tangents.
+/// Sets the tangents of a geometry with normals and texture coordinates. Vertices are split where
+/// triangles have different tangents.
 pub(super) fn add_tangents(geometry: &mut Geometry) {
     if geometry.normals.is_empty() || geometry.uvs.is_empty() {
         return;

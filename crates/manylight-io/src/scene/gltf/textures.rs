@@ -40,7 +40,8 @@ pub(super) fn uv_set(info: &Json<'_>) -> usize {
 }
 
 impl Textures {
-    /// The texture to which `info` refers. `None` if it is invalid or not supported, which has been reported.
+    /// The texture to which `info` refers. `None` if it is invalid or not supported, which has been
+    /// reported.
     pub(super) fn bitmap(
         &mut self,
         document: &Document<'_>,

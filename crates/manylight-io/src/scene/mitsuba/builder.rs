@@ -151,7 +151,8 @@ impl<'a> DescBuilder<'a> {
         props.unsupported("participating media", message);
     }
 
-    /// Reports a plugin that is not in `supported`: a warning if it is in `substitutes`, else an error.
+    /// Reports a plugin that is not in `supported`: a warning if it is in `substitutes`, else an
+    /// error.
     pub(super) fn unsupported(
         &self,
         props: &Props<'_>,

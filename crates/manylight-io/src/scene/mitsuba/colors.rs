@@ -128,7 +128,8 @@ impl DescBuilder<'_> {
         }
     }
 
-    /// Checks that a reflectance is in [0, 1]. In files of version 0.x it is clamped with a warning.
+    /// Checks that a reflectance is in [0, 1]. In files of version 0.x it is clamped with a
+    /// warning.
     fn checked_rgb(
         &self,
         props: &Props<'_>,

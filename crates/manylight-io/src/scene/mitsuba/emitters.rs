@@ -255,8 +255,8 @@ impl DescBuilder<'_> {
     }
 }
 
-/// Sets the window of a projector with this field of view in degrees by the size of its image, after
-/// that has been read.
+/// Sets the window of a projector with this field of view in degrees by the size of its image,
+/// after that has been read.
 fn fit_projector(
     desc: &mut SceneDesc,
     (emitter, texture): (EmitterId, TextureId),

@@ -75,7 +75,8 @@ impl PluginFamily {
             .map(|(_, family)| *family)
     }
 
-    /// The family of an object with the tag of this one: plugins of textures and spectra may have either tag.
+    /// The family of an object with the tag of this one: plugins of textures and spectra may have
+    /// either tag.
     pub(super) fn of_plugin(self, plugin: Option<&Text>) -> PluginFamily {
         let is_in = |list: &[&str]| plugin.is_some_and(|name| list.contains(&name.value.as_str()));
         match self {

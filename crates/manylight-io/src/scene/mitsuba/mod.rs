@@ -5,14 +5,13 @@
 //! 1. `xml` parses text into a tree of elements with source spans.
 //! 2. `tree` turns it into `object`s, plugins with parameters; `values` parses the parameters, and
 //!    `upgrade` renames those of old files.
-//! 3. One module for each plugin family (`bsdfs`, `shapes`, ...) reads the parameters by `props`, and
-//!    fills the [`SceneDesc`] of `builder`.
+//! 3. One module for each plugin family (`bsdfs`, `shapes`, ...) reads the parameters by `props`,
+//!    and fills the [`SceneDesc`] of `builder`.
 //! 4. `assets` reads meshes and images in parallel.
 //!
-//! To add a plugin, add its name to the `SUPPORTED` list of its family (for textures and spectra that of
-//! `family`) and an arm to the `match` there.
+//! To add a plugin, add its name to the `SUPPORTED` list of its family (for textures and spectra
+//! that of `family`) and an arm to the `match` there.
 
-mod attributes;
 mod bsdfs;
 mod builder;
 mod colors;
@@ -58,7 +57,8 @@ pub(super) static SUPPORTED: [SupportedFamily; 7] = families(
     ],
 );
 
-/// The scene in `text`, the content of `path`, without its invalid parts. `None` only if an error has been reported.
+/// The scene in `text`, the content of `path`, without its invalid parts. `None` only if an error
+/// has been reported.
 pub(super) fn load(
     path: &Path,
     text: Arc<str>,

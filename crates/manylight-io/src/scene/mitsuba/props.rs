@@ -9,7 +9,8 @@ use super::xml::Dialect;
 use glam::{DMat4, DVec3};
 use std::fmt::Display;
 
-/// The parameters of one object. An invalid value is reported, and the default is returned, so that all errors are found.
+/// The parameters of one object. An invalid value is reported, and the default is returned, so that
+/// all errors are found.
 pub(super) struct Props<'a> {
     pub(super) tree: &'a ObjectTree,
     pub(super) id: ObjectId,
@@ -241,7 +242,8 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// Whether a nested object is reported as an object. Named textures and spectra are reported as parameters instead.
+    /// Whether a nested object is reported as an object. Named textures and spectra are reported as
+    /// parameters instead.
     fn is_unnamed_or_nested(&self, name: &str, id: ObjectId) -> bool {
         name.is_empty()
             || !matches!(

@@ -1,4 +1,5 @@
-//! Sensor plugins with their films and reconstruction filters. Samplers are checked but have no effect.
+//! Sensor plugins with their films and reconstruction filters. Samplers are checked but have no
+//! effect.
 
 use super::super::description::film_of_size;
 use super::super::parameters::{Numbers, Parameters};
@@ -154,7 +155,8 @@ impl DescBuilder<'_> {
         (kind, Vec2::ZERO)
     }
 
-    /// The field of view in degrees from `fov` or `focal_length`, and the axis along which it is measured.
+    /// The field of view in degrees from `fov` or `focal_length`, and the axis along which it is
+    /// measured.
     pub(super) fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
         let axes = [
             ("x", FovAxis::X),

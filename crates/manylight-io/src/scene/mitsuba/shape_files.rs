@@ -75,7 +75,8 @@ impl DescBuilder<'_> {
         Some(self.assets.mesh(request, name.span, &mut self.desc.shapes))
     }
 
-    /// The material on its front side, and nothing on the other one: the backs of curves are invisible, as in Mitsuba.
+    /// The material on its front side, and nothing on the other one: the backs of curves are
+    /// invisible, as in Mitsuba.
     pub(super) fn front_of(&mut self, material: MaterialId) -> MaterialId {
         if let Some(front) = self.made.fronts.get(&material) {
             return *front;

@@ -290,7 +290,8 @@ impl DescBuilder<'_> {
         shape
     }
 
-    /// Warns if `to_world` is not a similarity, because Mitsuba does not define the shape in this case.
+    /// Warns if `to_world` is not a similarity, because Mitsuba does not define the shape in this
+    /// case.
     fn warn_distorted(&self, props: &Props<'_>, to_world: DMat4) {
         if similarity_scale(to_world).is_none() {
             let message = format!(

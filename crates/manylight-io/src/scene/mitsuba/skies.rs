@@ -1,4 +1,5 @@
-//! The emitter plugins of sun and sky, baked into environment maps. Version 3 has z up; in 0.x, y is up, x east and z south.
+//! The emitter plugins of sun and sky, baked into environment maps. Version 3 has z up; in 0.x, y
+//! is up, x east and z south.
 
 use super::super::description::Additions;
 use super::super::parameters::{Numbers, Parameters};
@@ -104,8 +105,8 @@ impl DescBuilder<'_> {
         }
     }
 
-    /// Unit vector to the sun in the frame of the sky. The parameter `sun_direction` is in world space; place and time determine
-    /// a direction in the frame of the emitter.
+    /// Unit vector to the sun in the frame of the sky. The parameter `sun_direction` is in world
+    /// space; place and time determine a direction in the frame of the emitter.
     fn sun_direction(&self, props: &Props<'_>, to_world: DMat4, frame: DMat4) -> Vec3 {
         let into_frame = |world: DVec3| {
             frame

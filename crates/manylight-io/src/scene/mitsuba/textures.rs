@@ -1,6 +1,7 @@
 //! Texture plugins.
 
 use super::super::assets::Channel;
+use super::super::attributes::AttributeRequest;
 use super::super::description::{Additions, bitmap};
 use super::super::files::find_file;
 use super::super::parameters::{Numbers, Parameters};
@@ -15,7 +16,7 @@ use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
-use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, Wrap};
+use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, VertexValues, Wrap};
 
 const REPLACED_BY_CONSTANT: &str = "it is replaced by a constant";
 
@@ -28,7 +29,8 @@ const SUBSTITUTES: &[Substitute] = &[
 ];
 
 impl DescBuilder<'_> {
-    /// The texture, added at its first use. `None` if it is invalid or not supported: the default of the parameter replaces it.
+    /// The texture, added at its first use. `None` if it is invalid or not supported: the default
+    /// of the parameter replaces it.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
         let key = self.scoped(id);
         if let Some(texture) = self.made.textures.get(&key) {
@@ -180,6 +182,52 @@ impl DescBuilder<'_> {
             color1,
             uv_transform,
         })
+    }
+
+    /// The texture with an attribute of the current shape: a texture that is nested in the shape
+    /// under this name, or values of its mesh.
+    pub(super) fn mesh_attribute(&mut self, props: &Props<'_>) -> Option<TextureId> {
+        let name = if props.plugin().value == "vertexcolors" {
+            self.require_v0(props, "use `mesh_attribute`");
+            "vertex_color".to_owned()
+        } else {
+            let name = props.required_string("name")?;
+            if !name.value.contains("vertex_") && !name.value.contains("face_") {
+                let expected = "the name of an attribute, which starts with `vertex_` or `face_`";
+                props.refuse_named("name", expected);
+                return None;
+            }
+            name.value.clone()
+        };
+        let scale = props.float("scale", 1.0);
+        let shape = self.current_shape?;
+        let owner = self.tree.get(shape.object);
+        let nested = owner.params.iter().find(|param| param.name.value == name);
+        if let Some(Value::Object(nested)) = nested.map(|param| &param.value) {
+            let texture = self.color_texture(*nested)?;
+            return Some(self.scaled(texture, scale));
+        }
+        let Some(mesh) = shape.mesh else {
+            let message = format!(
+                "{} needs the attribute `{name}`, but {} is no mesh with attributes",
+                props.describe(),
+                self.props(shape.object).describe()
+            );
+            self.sink
+                .error_at("scene::missing_attribute", props.span(), message);
+            return None;
+        };
+        let texture = self
+            .desc
+            .add(Texture::VertexColors(VertexValues::default()));
+        self.assets.add_attribute(AttributeRequest {
+            shape: mesh,
+            name,
+            scale,
+            texture,
+            span: props.span(),
+        });
+        Some(texture)
     }
 }
 

@@ -14,7 +14,8 @@ pub(super) fn rotation(matrix: DMat4) -> Mat3 {
     description::rotation(Mat3::from_mat4(matrix.as_mat4()))
 }
 
-/// `matrix` after a rotation of z to `axis`, with the scale along `axis` set to the scale across it.
+/// `matrix` after a rotation of z to `axis`, with the scale along `axis` set to the scale across
+/// it.
 pub(super) fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
     let along = axis.normalize_or(DVec3::Z);
     let (a, b) = along.any_orthonormal_pair();

@@ -1,5 +1,6 @@
-//! Renaming of objects in files of version 0.x to the names of version 3: camelCase becomes snake_case, renamed plugins and
-//! parameters get their current names, and offset and scale of a texture become a transform.
+//! Renaming of objects in files of version 0.x to the names of version 3: camelCase becomes
+//! snake_case, renamed plugins and parameters get their current names, and offset and scale of a
+//! texture become a transform.
 
 use super::super::sink::Text;
 use super::family::PluginFamily;
@@ -75,8 +76,8 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// Replaces `uoffset`, `voffset`, `uscale` and `vscale` by `to_uv`. The offset is applied before the scale, as in Mitsuba's own
-/// upgrade.
+/// Replaces `uoffset`, `voffset`, `uscale` and `vscale` by `to_uv`. The offset is applied before
+/// the scale, as in Mitsuba's own upgrade.
 fn combine_uv_transform(object: &mut Object) {
     let mut offset = DVec3::ZERO;
     let mut scale = DVec3::ONE;

@@ -11,7 +11,8 @@ use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
 
 pub(super) const SUPPORTED: &[&str] = &["orthographic", "perspective"];
 
-/// Plugins that are replaced by `perspective`: their names and the field of view of the shorter edge in degrees.
+/// Plugins that are replaced by `perspective`: their names and the field of view of the shorter
+/// edge in degrees.
 const SUBSTITUTES: [(&str, f32); 3] = [
     ("environment", 90.0),
     ("realistic", 40.0),
@@ -134,7 +135,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The window from `screenwindow` or `frameaspectratio`. Pixels that are not square are reported.
+    /// The window from `screenwindow` or `frameaspectratio`. Pixels that are not square are
+    /// reported.
     fn screen(&self, entity: &Entity<'_>, film: &FilmDesc) -> Screen {
         let params = &entity.params;
         let film_aspect = film.size.x as f32 / film.size.y as f32;

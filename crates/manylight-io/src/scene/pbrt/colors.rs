@@ -1,7 +1,8 @@
 //! Colors and spectra as linear Rec. 709 colors.
 //!
-//! The emission of a light is a color or a spectrum. PBRT v4 keeps the values of colors and scales spectra to luminance 1; `scale`,
-//! `power` and `illuminance` then set the magnitude. PBRT v3 keeps the values of both.
+//! The emission of a light is a color or a spectrum. PBRT v4 keeps the values of colors and scales
+//! spectra to luminance 1; `scale`, `power` and `illuminance` then set the magnitude. PBRT v3 keeps
+//! the values of both.
 
 use super::super::files::find_external_file;
 use super::super::parameters::Parameters;
@@ -48,7 +49,8 @@ impl ColorSpace {
 
     /// The Rec. 709 color of a color in this space. White stays white.
     fn to_rec709(self, color: Rgb) -> Rgb {
-        // Products of the matrices from RGB to XYZ, with Bradford adaptation for ACES, and from XYZ to Rec. 709. Rows sum to 1.
+        // Products of the matrices from RGB to XYZ, with Bradford adaptation for ACES, and from XYZ
+        // to Rec. 709. Rows sum to 1.
         let rows: [[f32; 3]; 3] = match self {
             ColorSpace::Srgb => return color,
             ColorSpace::DciP3 => [

@@ -1,7 +1,7 @@
 //! Runs the statements of a scene file and its included files, and collects the declarations.
 
-use super::super::expansion::Expansion;
 use super::super::files::{find_external_file, identity};
+use super::super::growth::Expansion;
 use super::super::parameters::unresolved;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::colors::ColorSpace;
@@ -26,7 +26,8 @@ const MAX_BLOCKS: usize = 10_000;
 /// The state of a run.
 pub(super) struct Interpreter<'a> {
     sink: &'a Sink,
-    /// Folders of the scene file and of the current file, in which files are searched in this order.
+    /// Folders of the scene file and of the current file, in which files are searched in this
+    /// order.
     folders: Rc<[PathBuf]>,
     state: GraphicsState<'a>,
     stack: Vec<(Block, FileSpan, GraphicsState<'a>)>,

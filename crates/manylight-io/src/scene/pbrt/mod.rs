@@ -1,10 +1,11 @@
 //! PBRT's scene format: version 4, and version 3 by its old names.
 //!
-//! Names, defaults and meanings are those of PBRT v4; `docs/formats/pbrt.md` lists what is read, approximated and refused. Loading has
-//! four stages:
+//! Names, defaults and meanings are those of PBRT v4; `docs/formats/pbrt.md` lists what is read,
+//! approximated and refused. Loading has four stages:
 //!
 //! 1. `lexer` and `parser` turn text into statements with source spans.
-//! 2. `interpreter` runs the statements on the graphics state (`state`) and collects the declarations (`entities`).
+//! 2. `interpreter` runs the statements on the graphics state (`state`) and collects the
+//!    declarations (`entities`).
 //! 3. One module for each family (`materials`, `shapes`, ...) reads the parameters by `params` and
 //!    fills the [`SceneDesc`] of `builder`.
 //! 4. `assets` reads meshes and images in parallel; then values that depend on them are set.
@@ -63,7 +64,8 @@ pub(super) fn is_scene(bytes: &[u8]) -> bool {
         .is_some_and(directives::is_directive)
 }
 
-/// The scene in the content `bytes` of the file `path`, without its invalid parts. `None` only if an error has been reported.
+/// The scene in the content `bytes` of the file `path`, without its invalid parts. `None` only if
+/// an error has been reported.
 pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc> {
     let text = match source::text_of(path, bytes, sink) {
         Ok(text) => text?,

@@ -15,10 +15,12 @@ pub(super) enum NamedSpectrum {
 /// Metals of which the crate has eta and k.
 const METALS: [&str; 6] = ["Ag", "Al", "Au", "Cu", "MgO", "TiO2"];
 
-/// Brass (CuZn): eta and k at the primaries of Rec. 709. Source: Querry 1985, by way of refractiveindex.info.
+/// Brass (CuZn): eta and k at the primaries of Rec. 709. Source: Querry 1985, by way of
+/// refractiveindex.info.
 const BRASS: [[f32; 3]; 2] = [[0.444, 0.527, 1.094], [3.695, 2.765, 1.829]];
 
-/// Glasses and their index of refraction n_d; F5, F10 and F11 are PBRT's names of SF5, SF10 and SF11. Source: the data sheets of Schott.
+/// Glasses and their index of refraction n_d; F5, F10 and F11 are PBRT's names of SF5, SF10 and
+/// SF11. Source: the data sheets of Schott.
 const GLASSES: [(&str, f32); 7] = [
     ("glass-BK7", 1.516_8),
     ("glass-BAF10", 1.670_0),
@@ -29,7 +31,8 @@ const GLASSES: [(&str, f32); 7] = [
     ("glass-F11", 1.784_7),
 ];
 
-/// Illuminants with their CIE 1931 chromaticities (x, y). Source: CIE 015; fluorescent lamps: its table of F1 to F12.
+/// Illuminants with their CIE 1931 chromaticities (x, y). Source: CIE 015; fluorescent lamps: its
+/// table of F1 to F12.
 const ILLUMINANTS: [(&str, [f32; 2]); 16] = [
     ("stdillum-A", [0.447_57, 0.407_45]),
     ("stdillum-D50", [0.345_67, 0.358_50]),

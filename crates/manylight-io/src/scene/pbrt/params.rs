@@ -1,4 +1,5 @@
-//! Parameter lists: declared types, values, and access with checks. A parameter that nothing reads is unknown.
+//! Parameter lists: declared types, values, and access with checks. A parameter that nothing reads
+//! is unknown.
 
 use super::super::parameters::{Numbers, Parameters, Reads};
 use super::super::sink::{FileSpan, Sink, Text};
@@ -227,7 +228,8 @@ impl<'a> Params<'a> {
         })
     }
 
-    /// Reports the parameters that nothing has read: as warnings in files of PBRT v3, which ignores them, else as errors.
+    /// Reports the parameters that nothing has read: as warnings in files of PBRT v3, which ignores
+    /// them, else as errors.
     pub(super) fn finish(&self, is_v3: bool) {
         if self.refused.get() {
             return;

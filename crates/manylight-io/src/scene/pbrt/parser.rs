@@ -43,7 +43,8 @@ impl Parser {
         Parser { lexer, ahead: None }
     }
 
-    /// The next statement; `None` at the end of the file. Broken statements are reported and skipped.
+    /// The next statement; `None` at the end of the file. Broken statements are reported and
+    /// skipped.
     pub(super) fn next(&mut self, sink: &Sink) -> Option<Statement> {
         loop {
             match self.statement() {
@@ -56,7 +57,8 @@ impl Parser {
         }
     }
 
-    /// Skips to the next word with a capital, which may be a directive. `false` at the end of the file, or where the text has no tokens.
+    /// Skips to the next word with a capital, which may be a directive. `false` at the end of the
+    /// file, or where the text has no tokens.
     fn recover(&mut self) -> bool {
         while let Ok(Some(token)) = self.token() {
             let is_capital = |text: &str| text.starts_with(|c: char| c.is_ascii_uppercase());

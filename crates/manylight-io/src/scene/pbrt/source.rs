@@ -9,8 +9,8 @@ use std::sync::Arc;
 /// Most bytes of a file: spans have 32 bits.
 const MAX_BYTES: usize = u32::MAX as usize - 1;
 
-/// The text in the content `bytes` of the file `path`, which may be compressed. Bytes that are not UTF-8 are reported at their place; other
-/// damage is returned as a message.
+/// The text in the content `bytes` of the file `path`, which may be compressed. Bytes that are not
+/// UTF-8 are reported at their place; other damage is returned as a message.
 pub(super) fn text_of(
     path: &Path,
     bytes: Vec<u8>,

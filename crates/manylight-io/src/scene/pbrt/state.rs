@@ -52,7 +52,8 @@ impl Default for GraphicsState<'_> {
 }
 
 impl<'a> GraphicsState<'a> {
-    /// Resets the state for the description of the world, in which inherited parameters and the color space remain.
+    /// Resets the state for the description of the world, in which inherited parameters and the
+    /// color space remain.
     pub(super) fn begin_world(&mut self) {
         self.transforms = [DMat4::IDENTITY; 2];
         self.active = [true; 2];

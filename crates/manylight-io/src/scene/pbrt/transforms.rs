@@ -14,8 +14,8 @@ pub(super) fn rotation(numbers: &[f64]) -> DMat4 {
     DMat4::from_axis_angle(axis.normalize_or(DVec3::Z), numbers[0].to_radians())
 }
 
-/// The transform from the world to a camera with +z towards the target, +y up and +x to the right, in a left-handed frame. `None` if the
-/// three vectors do not span a frame.
+/// The transform from the world to a camera with +z towards the target, +y up and +x to the right,
+/// in a left-handed frame. `None` if the three vectors do not span a frame.
 pub(super) fn look_at(numbers: &[f64]) -> Option<DMat4> {
     let [eye, target, up] = [0, 3, 6].map(|i| DVec3::from_slice(&numbers[i..]));
     let forward = (target - eye).try_normalize()?;

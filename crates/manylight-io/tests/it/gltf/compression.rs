@@ -1,5 +1,6 @@
-//! Compressed geometry. The files in `data` are a bent square of 5x5 vertices, `z = sin(2x) / 4`, compressed by gltf-transform 4: by
-//! `draco`, `draco --method sequential`, and `meshopt --level high`.
+//! Compressed geometry. The files in `data` are a bent square of 5x5 vertices, `z = sin(2x) / 4`,
+//! compressed by gltf-transform 4: by `draco`, `draco --method sequential`, and
+//! `meshopt --level high`.
 
 use super::*;
 use manylight::math::{Vec2, Vec3};

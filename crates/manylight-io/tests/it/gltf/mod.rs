@@ -1,4 +1,5 @@
-//! Loading of glTF files. The files are written by the tests: a document that is changed at some places.
+//! Loading of glTF files. The files are written by the tests: a document that is changed at some
+//! places.
 
 mod compression;
 mod errors;

@@ -1,4 +1,5 @@
-//! Files of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the tests are skipped.
+//! Files of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the tests are
+//! skipped.
 
 use super::*;
 use manylight::scene::Scene;

@@ -1,4 +1,5 @@
-//! PBRT scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the test is skipped.
+//! PBRT scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the test
+//! is skipped.
 
 use super::load;
 use crate::shared_scenes::{counts, scenes};

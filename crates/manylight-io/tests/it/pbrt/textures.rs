@@ -108,7 +108,8 @@ fn patterns_serve_as_bumps_roughness_and_weights() {
     Scene::build(desc, 0).unwrap();
 }
 
-/// The upper half of the map's sphere (its +z) emits twice as much as the lower half. It lies towards +y of the light.
+/// The upper half of the map's sphere (its +z) emits twice as much as the lower half. It lies
+/// towards +y of the light.
 #[test]
 fn goniometric_lights_have_their_axis_along_y() {
     let n = 32;

@@ -1,12 +1,13 @@
-//! Primitives of the extension KHR_draco_mesh_compression: all attributes and the triangles in one stream.
+//! Primitives of the extension KHR_draco_mesh_compression: all attributes and the triangles in one
+//! stream.
 
 use super::super::accessors::{Accessors, Component, Decoded};
 use super::super::json::Json;
 use draco_core::draco_types::DataType;
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 
-/// Most bytes that one primitive may decode to: 32 attributes of four floats for 4 million vertices. A stream of some hundred bytes may
-/// declare more than any machine holds.
+/// Most bytes that one primitive may decode to: 32 attributes of four floats for 4 million
+/// vertices. A stream of some hundred bytes may declare more than any machine holds.
 const MAX_DECODED_BYTES: u64 = 2 << 30;
 
 /// The data of the accessors of a compressed primitive. `None` for damaged data, which is reported.

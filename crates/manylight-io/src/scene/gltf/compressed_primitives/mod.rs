@@ -1,5 +1,5 @@
-//! Compressed primitives: decoded where the program is built with the feature of their decoder, else
-//! refused by name.
+//! Compressed primitives: decoded where the program is built with the feature of their decoder,
+//! else refused by name.
 
 #[cfg(feature = "draco")]
 mod draco;
@@ -10,8 +10,8 @@ use super::json::Json;
 /// The extension of compressed primitives.
 const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// `accessors` with the decoded data of a primitive in place of the accessors to which it refers, if it is compressed.
-/// `Err` if it cannot be decoded, which is reported.
+/// `accessors` with the decoded data of a primitive in place of the accessors to which it refers,
+/// if it is compressed. `Err` if it cannot be decoded, which is reported.
 pub(super) fn of_primitive<'a, 'b>(
     primitive: &Json<'a>,
     accessors: &Accessors<'a, 'b>,

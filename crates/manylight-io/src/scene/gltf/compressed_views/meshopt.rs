@@ -6,7 +6,8 @@ use meshopt::{
     decode_index_buffer, decode_index_sequence, decode_vertex_buffer,
 };
 
-/// Largest ratio of decoded to compressed bytes: a constant byte takes 2 bits of a block of 256 vertices.
+/// Largest ratio of decoded to compressed bytes: a constant byte takes 2 bits of a block of 256
+/// vertices.
 const MAX_RATIO: u64 = 1024;
 
 /// The content of a compressed view. `None` for damaged data, which is reported.
@@ -118,7 +119,8 @@ fn attributes(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
         33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64)
 }
 
-/// Undoes the filter that was applied before compression. `false` for a filter that does not exist for this stride.
+/// Undoes the filter that was applied before compression. `false` for a filter that does not exist
+/// for this stride.
 fn undo_filter(filter: &str, stride: usize, data: &mut [u8]) -> bool {
     match (filter, stride) {
         ("NONE", _) => {}

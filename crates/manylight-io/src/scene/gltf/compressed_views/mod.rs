@@ -1,5 +1,5 @@
-//! Compressed buffer views: decoded where the program is built with the feature of their decoder, else
-//! refused by name.
+//! Compressed buffer views: decoded where the program is built with the feature of their decoder,
+//! else refused by name.
 
 #[cfg(feature = "meshopt")]
 mod meshopt;
@@ -9,7 +9,8 @@ use super::json::Json;
 /// Names of the extension of compressed buffer views: ratified, and its draft.
 const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
-/// Whether compressed views are decoded. Otherwise the uncompressed content is read where a file has both.
+/// Whether compressed views are decoded. Otherwise the uncompressed content is read where a file
+/// has both.
 pub(super) const READS_MESHOPT: bool = cfg!(feature = "meshopt");
 
 /// Whether a buffer only holds the place of the decompressed content of others.
@@ -26,8 +27,8 @@ pub(super) fn of_view<'a>(view: &Json<'a>) -> Option<Json<'a>> {
     MESHOPT.iter().find_map(|name| view.extension(name))
 }
 
-/// The content of a view that is compressed by `extension`, of which `bytes` is the compressed data.
-/// `None` if it cannot be decoded, which is reported.
+/// The content of a view that is compressed by `extension`, of which `bytes` is the compressed
+/// data. `None` if it cannot be decoded, which is reported.
 pub(super) fn decode_view(extension: &Json<'_>, bytes: &[u8]) -> Option<Vec<u8>> {
     #[cfg(feature = "meshopt")]
     return meshopt::decode(extension, bytes);

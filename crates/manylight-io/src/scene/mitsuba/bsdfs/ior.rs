@@ -10,7 +10,8 @@ use crate::suggest::one_of;
 use manylight::color::Rgb;
 
 impl DescBuilder<'_> {
-    /// (eta, k) of the conductor that `material` names. `None` for `none`, and if `eta` or `k` is given instead.
+    /// (eta, k) of the conductor that `material` names. `None` for `none`, and if `eta` or `k` is
+    /// given instead.
     pub(super) fn named_metal(&self, props: &Props<'_>) -> Option<(Rgb, Rgb)> {
         // A conductor without parameters is copper in 0.x, and a perfect mirror since version 2.
         let default = if props.is_v0() && !props.has("eta") && !props.has("k") {
@@ -39,8 +40,8 @@ impl DescBuilder<'_> {
         metal
     }
 
-    /// The parameter `name`, an index of refraction as a number or as the name of a dielectric. `default` is the name of the
-    /// default dielectric; without it, the default is 1.
+    /// The parameter `name`, an index of refraction as a number or as the name of a dielectric.
+    /// `default` is the name of the default dielectric; without it, the default is 1.
     pub(super) fn ior(&self, props: &Props<'_>, name: &'static str, default: Option<&str>) -> f32 {
         let default = default.and_then(spectra::dielectric_ior).unwrap_or(1.0);
         let Some(param) = props.get(name) else {
@@ -59,7 +60,8 @@ impl DescBuilder<'_> {
         })
     }
 
-    /// Index of refraction inside over that outside. `inside` is the default dielectric inside; outside it is air.
+    /// Index of refraction inside over that outside. `inside` is the default dielectric inside;
+    /// outside it is air.
     pub(super) fn relative_ior(&self, props: &Props<'_>, inside: &str) -> f32 {
         self.ior(props, "int_ior", Some(inside)) / self.ior(props, "ext_ior", Some("air"))
     }

@@ -66,8 +66,8 @@ const SUBSTITUTES: &[Substitute] = &[
     ("retarder", CLEAR),
 ];
 
-/// Index of refraction that replaces 1 where `principled` transmits, because transmission without refraction is degenerate; as in
-/// Mitsuba.
+/// Index of refraction that replaces 1 where `principled` transmits, because transmission without
+/// refraction is degenerate; as in Mitsuba.
 const MIN_ETA_OF_TRANSMISSION: f32 = 1.001;
 /// Value of `specular` that replaces 0 for the same reason.
 const MIN_SPECULAR_OF_TRANSMISSION: f32 = 1e-3;
@@ -283,7 +283,8 @@ impl DescBuilder<'_> {
         }))
     }
 
-    /// The parameter `eta`, or the index of refraction with the reflectance 0.08 `specular` at normal incidence.
+    /// The parameter `eta`, or the index of refraction with the reflectance 0.08 `specular` at
+    /// normal incidence.
     fn principled_eta(&self, props: &Props<'_>, transmits: bool) -> f32 {
         if let Some(param) = props.get("eta") {
             if props.has("specular") {

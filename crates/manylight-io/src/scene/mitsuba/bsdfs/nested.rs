@@ -116,7 +116,8 @@ impl DescBuilder<'_> {
         }
     }
 
-    /// The texture nested in a `scale` texture, and its scale. In 0.x, `scale` sets the height of bumps.
+    /// The texture nested in a `scale` texture, and its scale. In 0.x, `scale` sets the height of
+    /// bumps.
     fn unscaled(&self, texture: ObjectId) -> (ObjectId, f32) {
         let props = self.props(texture);
         match props.single(PluginFamily::Texture) {

@@ -33,7 +33,8 @@ const VALUE_TAGS: [&str; 14] = [
     "default",
 ];
 
-/// The value of an element. `None` if the element is not a value; [`Value::Broken`] if the value is invalid. Both are reported.
+/// The value of an element. `None` if the element is not a value; [`Value::Broken`] if the value is
+/// invalid. Both are reported.
 pub(super) fn parse(sink: &Sink, element: &XmlElement) -> Option<Value> {
     let tag = element.tag.value.as_str();
     let value = match tag {

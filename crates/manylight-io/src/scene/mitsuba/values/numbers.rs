@@ -76,8 +76,8 @@ pub(super) fn boolean(sink: &Sink, text: &Text) -> Option<Value> {
     value.map(Value::Boolean)
 }
 
-/// The vector of the attribute `value` (one or three numbers) or of `x`, `y` and `z`. An absent component is `missing`, or an
-/// error.
+/// The vector of the attribute `value` (one or three numbers) or of `x`, `y` and `z`. An absent
+/// component is `missing`, or an error.
 pub(super) fn vector(sink: &Sink, element: &XmlElement, missing: Option<f64>) -> Option<DVec3> {
     if let Some(value) = element.attribute("value") {
         if let Some(mixed) = ["x", "y", "z"]

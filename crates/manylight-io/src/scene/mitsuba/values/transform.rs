@@ -67,7 +67,8 @@ fn rotation(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     })
 }
 
-/// Warns about an axis that is not a unit vector: since version 3 it is not normalized, so the matrix also scales and shears.
+/// Warns about an axis that is not a unit vector: since version 3 it is not normalized, so the
+/// matrix also scales and shears.
 fn warn_unless_unit(sink: &Sink, step: &XmlElement, axis: DVec3) {
     /// Tolerated deviation of the length from 1.
     const TOLERANCE: f64 = 0.01;
@@ -80,7 +81,8 @@ fn warn_unless_unit(sink: &Sink, step: &XmlElement, axis: DVec3) {
     }
 }
 
-/// Rodrigues' formula `cosθ I + (1 - cosθ) a aᵀ + sinθ [a]×` for an axis of any length and an angle in radians.
+/// Rodrigues' formula `cosθ I + (1 - cosθ) a aᵀ + sinθ [a]×` for an axis of any length and an angle
+/// in radians.
 fn rodrigues(axis: DVec3, angle: f64) -> DMat4 {
     let (sin, cos) = angle.sin_cos();
     let column =

@@ -1,13 +1,13 @@
-//! Parsing of XML text into a tree of [`XmlElement`]s with source spans. `$name` parameters are replaced by their values, and
-//! `<include>` by the content of the included file.
+//! Parsing of XML text into a tree of [`XmlElement`]s with source spans. `$name` parameters are
+//! replaced by their values, and `<include>` by the content of the included file.
 
 mod element;
 mod parameters;
 
 pub(super) use element::{Dialect, XmlElement};
 
-use super::super::expansion::Expansion;
 use super::super::files::{find_file, identity};
+use super::super::growth::Expansion;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::family::PluginFamily;
 use crate::read::read_regular;
@@ -49,7 +49,8 @@ impl FileContext {
     }
 }
 
-/// Parses `text`, the content of `path`, and all included files. `None` if `text` is not well-formed XML.
+/// Parses `text`, the content of `path`, and all included files. `None` if `text` is not
+/// well-formed XML.
 pub(super) fn read_tree(
     path: &Path,
     text: Arc<str>,
@@ -81,7 +82,8 @@ struct TreeReader<'a> {
 }
 
 impl TreeReader<'_> {
-    /// The root element of a file. `outer` is the search path of the including file, and `depth` the nesting of includes.
+    /// The root element of a file. `outer` is the search path of the including file, and `depth`
+    /// the nesting of includes.
     fn file(
         &mut self,
         path: &Path,
@@ -176,7 +178,8 @@ impl TreeReader<'_> {
         }
     }
 
-    /// The element with its children. `None` for `<default>` and `<path>`, which only affect parsing, and for invalid elements.
+    /// The element with its children. `None` for `<default>` and `<path>`, which only affect
+    /// parsing, and for invalid elements.
     fn element(&mut self, node: Node<'_, '_>, file: &mut FileContext) -> Option<XmlElement> {
         let mut element = self.start(node, file);
         match element.tag.value.as_str() {
@@ -305,7 +308,8 @@ impl TreeReader<'_> {
         }
     }
 
-    /// The content of the file that an `<include>` names: the children of a scene, else the root element.
+    /// The content of the file that an `<include>` names: the children of a scene, else the root
+    /// element.
     fn include(&mut self, element: &XmlElement, file: &FileContext) -> Vec<XmlElement> {
         // Further errors would not be listed.
         if self.sink.is_full() {

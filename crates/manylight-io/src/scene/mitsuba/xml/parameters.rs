@@ -7,7 +7,8 @@ use crate::suggest::{one_of, similar};
 /// Where the value of a parameter is defined.
 #[derive(PartialEq, Eq)]
 enum Definition {
-    /// By the caller ([`LoadOptions::defines`](crate::LoadOptions::defines)). `used` is set once the scene mentions the name.
+    /// By the caller ([`LoadOptions::defines`](crate::LoadOptions::defines)). `used` is set once
+    /// the scene mentions the name.
     Caller { used: bool },
     /// By a `<default>` of the scene.
     Scene,
@@ -50,8 +51,8 @@ impl Parameters {
         }
     }
 
-    /// `text` with each `$name` replaced by its value, where `name` is the longest defined name that matches. An undefined name
-    /// is reported at `span`, and `text` is returned unchanged.
+    /// `text` with each `$name` replaced by its value, where `name` is the longest defined name
+    /// that matches. An undefined name is reported at `span`, and `text` is returned unchanged.
     pub(super) fn substitute(&mut self, text: &str, span: FileSpan, sink: &Sink) -> String {
         let mut result = String::new();
         let mut rest = text;

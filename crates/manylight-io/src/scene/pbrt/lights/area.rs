@@ -77,7 +77,8 @@ impl Builder<'_> {
     }
 }
 
-/// Scales the radiance of an emitter so that every element of the shape emits `power` in luminous terms. PBRT's elements are triangles.
+/// Scales the radiance of an emitter so that every element of the shape emits `power` in luminous
+/// terms. PBRT's elements are triangles.
 fn set_power(
     desc: &mut SceneDesc,
     emitter: EmitterId,
@@ -96,7 +97,8 @@ fn set_power(
     };
     match *radiance {
         ColorInput::Constant(color) if area > 0.0 && color.luminance() > 0.0 => {
-            // PBRT scales the given spectrum of luminance 1; the luminance of a color remains a factor.
+            // PBRT scales the given spectrum of luminance 1; the luminance of a color remains a
+            // factor.
             let factor = power * elements as f32 / (PI * area);
             *radiance = ColorInput::Constant(color * factor);
         }
@@ -118,7 +120,8 @@ fn set_power(
     }
 }
 
-/// Area of a shape in the world. Spheres and cylinders under a scale that changes angles use the mean scale.
+/// Area of a shape in the world. Spheres and cylinders under a scale that changes angles use the
+/// mean scale.
 fn area_of(shape: &Shape, world_from_object: &Affine3A) -> f32 {
     let m = world_from_object.matrix3;
     let mean_scale = m.determinant().abs().cbrt();

@@ -18,14 +18,15 @@ use std::cell::Cell;
 use std::f32::consts::{PI, TAU};
 use std::rc::Rc;
 
-/// PBRT's directions (z up) from those of the emitter (y up), such that the azimuth of a latitude-longitude map of PBRT v3 and that of
-/// ours agree. A reflection.
+/// PBRT's directions (z up) from those of the emitter (y up), such that the azimuth of a
+/// latitude-longitude map of PBRT v3 and that of ours agree. A reflection.
 const PBRT_FROM_EMITTER: Mat3 = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::NEG_X);
 
 impl Builder<'_> {
     pub(super) fn infinite(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
-        // A portal guides sampling and does not change the converged image of what is visible through it.
+        // A portal guides sampling and does not change the converged image of what is visible
+        // through it.
         params.ignore(&["portal"]);
         let file = params.string(Self::map_parameter(entity));
         let Some(name) = file.filter(|name| !name.value.is_empty()) else {
@@ -71,7 +72,8 @@ impl Builder<'_> {
         });
     }
 
-    /// Warns about environment maps that are not square and thus not equal-area octahedral maps. For images that have been loaded.
+    /// Warns about environment maps that are not square and thus not equal-area octahedral maps.
+    /// For images that have been loaded.
     pub(in super::super) fn check_square_maps(&self) {
         for (span, size) in &self.square_maps {
             let [width, height] = size.get();
@@ -172,8 +174,8 @@ impl Ring {
     }
 }
 
-/// An equal-area octahedral map as a latitude-longitude map with about equal pixels at the equator. A texel is the mean over its area, so
-/// that small bright sources keep their energy.
+/// An equal-area octahedral map as a latitude-longitude map with about equal pixels at the equator.
+/// A texel is the mean over its area, so that small bright sources keep their energy.
 pub(super) fn latitude_longitude(square: &Image) -> Image {
     /// Samples along each edge of a texel.
     const SAMPLES: usize = 4;
@@ -232,7 +234,8 @@ fn upward_illuminance(map: &Image) -> f32 {
 mod tests {
     use super::*;
 
-    /// The direction (z up) of a point of the square under the equal-area octahedral map. Source: Clarberg 2008.
+    /// The direction (z up) of a point of the square under the equal-area octahedral map. Source:
+    /// Clarberg 2008.
     fn direction_from_square(uv: Vec2) -> Vec3 {
         let p = uv * 2.0 - Vec2::ONE;
         let (u, v) = (p.x.abs(), p.y.abs());

@@ -111,7 +111,8 @@ struct Photometry {
 }
 
 impl Photometry {
-    /// PBRT v4 has equal-area octahedral maps, PBRT v3 latitude-longitude maps. Colors count by their luminance.
+    /// PBRT v4 has equal-area octahedral maps, PBRT v3 latitude-longitude maps. Colors count by
+    /// their luminance.
     fn new(file: &Image, is_v3: bool) -> Self {
         let gray = pick(&luminance(file, |v| v), &[0; 3]);
         let mean = gray.data.iter().sum::<f32>() / gray.data.len().max(1) as f32;

@@ -68,7 +68,8 @@ impl Builder<'_> {
         scale * self.film_scale
     }
 
-    /// The factor by which `power` scales a light that emits `unscaled` (a luminous quantity) without it.
+    /// The factor by which `power` scales a light that emits `unscaled` (a luminous quantity)
+    /// without it.
     fn power_factor(&self, entity: &Entity<'_>, name: &'static str, unscaled: f32) -> f32 {
         match entity.params.maybe_float(name) {
             Some(power) if power > 0.0 && unscaled > 0.0 => power / unscaled,

@@ -15,7 +15,8 @@ use manylight::texture::{ColorInput, FloatInput};
 const MAX_CONDUCTOR_REFLECTANCE: f32 = 0.9999;
 
 impl Builder<'_> {
-    /// A conductor. The names of its parameters start with `prefix`, which is empty or `conductor.`.
+    /// A conductor. The names of its parameters start with `prefix`, which is empty or
+    /// `conductor.`.
     pub(super) fn conductor(&mut self, entity: &Entity<'_>, prefix: &str) -> Material {
         let roughness = self.roughness(entity, prefix, 0.0);
         let [eta_name, k_name] = match prefix {
@@ -68,8 +69,8 @@ impl Builder<'_> {
         }
     }
 
-    /// A conductor under a dielectric coat: a blend of the conductor with the reflection of the coat, by the reflectance of the coat at
-    /// normal incidence.
+    /// A conductor under a dielectric coat: a blend of the conductor with the reflection of the
+    /// coat, by the reflectance of the coat at normal incidence.
     pub(super) fn coated_conductor(&mut self, entity: &Entity<'_>) -> MaterialId {
         self.ignore_layers(entity);
         let params = &entity.params;

@@ -206,7 +206,8 @@ impl Builder<'_> {
         self.transmitting_diffuse(reflectance, transmittance)
     }
 
-    /// Diffuse reflection and transmission: a blend, in which each part has half of the weight and thus twice its value.
+    /// Diffuse reflection and transmission: a blend, in which each part has half of the weight and
+    /// thus twice its value.
     fn transmitting_diffuse(
         &mut self,
         reflectance: ColorInput,

@@ -37,7 +37,8 @@ fn alpha_v3(roughness: f32) -> f32 {
 }
 
 impl Builder<'_> {
-    /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, whose names start with `prefix`. `None`: smooth.
+    /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, whose names
+    /// start with `prefix`. `None`: smooth.
     pub(super) fn roughness(
         &mut self,
         entity: &Entity<'_>,
@@ -127,7 +128,8 @@ impl Builder<'_> {
         texture
     }
 
-    /// The constant alpha of a coat. Textures are replaced by their mean, and different values along u and v by their geometric mean.
+    /// The constant alpha of a coat. Textures are replaced by their mean, and different values
+    /// along u and v by their geometric mean.
     pub(super) fn one_alpha(&mut self, entity: &Entity<'_>, roughness: &Roughness) -> f32 {
         let params = &entity.params;
         let warn = |what: &str| {
@@ -150,7 +152,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Sets the alpha of the plastic that is added next to the mean of a texture, once that is loaded.
+    /// Sets the alpha of the plastic that is added next to the mean of a texture, once that is
+    /// loaded.
     fn set_alpha_of_next_material(&mut self, texture: TextureId) {
         let material = MaterialId::from(self.desc.materials.len());
         if let Some(materials) = self.made.mean_coats.get(&texture) {
@@ -180,7 +183,8 @@ const SAMPLED_EDGE: f32 = 64.0;
 /// Slope of the sampled plane, so that no cell of a pattern is met more than others.
 const PLANE_STEP: f32 = 0.618;
 
-/// A texture as an image: itself, or `n` x `n` samples of the unit square; of patterns in space, samples of an oblique plane.
+/// A texture as an image: itself, or `n` x `n` samples of the unit square; of patterns in space,
+/// samples of an oblique plane.
 fn as_bitmap(desc: &SceneDesc, source: TextureId, n: usize) -> Bitmap {
     let texture = &desc.textures[source.index()];
     if let Texture::Bitmap(bitmap) = texture {

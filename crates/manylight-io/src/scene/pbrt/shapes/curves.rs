@@ -139,7 +139,8 @@ fn bezier(control: &[Vec3], t: f32) -> Vec3 {
     points[0]
 }
 
-/// An open tube around a polyline, with a width that changes linearly along it. The first texture coordinate is the place along it.
+/// An open tube around a polyline, with a width that changes linearly along it. The first texture
+/// coordinate is the place along it.
 fn tube(points: &[Vec3], widths: [f32; 2]) -> Mesh {
     let last = points.len() - 1;
     let mut side = Vec3::ZERO;

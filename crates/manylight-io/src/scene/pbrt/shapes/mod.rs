@@ -35,8 +35,9 @@ pub(super) const SUPPORTED: &[&str] = &[
     "trianglemesh",
 ];
 
-/// Distance of the back of a two-sided emitter from its front, relative to the magnitude of its coordinates. Much larger than the offset
-/// of ray origins (12 roundings of `f32`), and below what an image resolves.
+/// Distance of the back of a two-sided emitter from its front, relative to the magnitude of its
+/// coordinates. Much larger than the offset of ray origins (12 roundings of `f32`), and below what
+/// an image resolves.
 const BACK_DISTANCE: f32 = 2e-5;
 
 impl Builder<'_> {
@@ -152,7 +153,8 @@ impl Builder<'_> {
         })
     }
 
-    /// Adds the mesh of a surface that the file describes by some numbers. `None` if there are too many of them, which is reported.
+    /// Adds the mesh of a surface that the file describes by some numbers. `None` if there are too
+    /// many of them, which is reported.
     fn add_tessellated(&mut self, shape: &ShapeEntity<'_>, mesh: Mesh) -> Option<Geometry> {
         let bytes = size_of_val(&mesh.positions[..])
             + size_of_val(&mesh.normals[..])
@@ -207,7 +209,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The back of a two-sided emitter: the same surface with reversed normals, slightly behind the front. `None` for closed shapes.
+    /// The back of a two-sided emitter: the same surface with reversed normals, slightly behind the
+    /// front. `None` for closed shapes.
     fn back(&mut self, front: &PrimitiveDesc) -> Option<PrimitiveDesc> {
         let world = front.world_from_object;
         let magnitude = |shape_extent: f32| {
@@ -257,7 +260,8 @@ impl Builder<'_> {
     }
 }
 
-/// The mesh with every vertex moved against its normal, by [`BACK_DISTANCE`] of its coordinates in the world.
+/// The mesh with every vertex moved against its normal, by [`BACK_DISTANCE`] of its coordinates in
+/// the world.
 fn moved_along_normals(shape: &Shape, world: &Affine3A, side: f32) -> Shape {
     let Shape::Mesh(mesh) = shape else {
         return shape.clone();

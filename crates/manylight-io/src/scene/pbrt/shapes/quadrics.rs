@@ -1,4 +1,5 @@
-//! Spheres, disks, cylinders and the quadrics of PBRT v3. Whole ones are analytic where the core has the form, parts are tessellated.
+//! Spheres, disks, cylinders and the quadrics of PBRT v3. Whole ones are analytic where the core
+//! has the form, parts are tessellated.
 
 use super::super::super::description::{Additions, add};
 use super::super::super::parameters::Numbers;
@@ -12,7 +13,8 @@ use std::f32::consts::TAU;
 
 /// Cells of a tessellated quadric around the whole axis.
 const AROUND: usize = 128;
-/// Cells along the axis: of round profiles, and of straight ones, which need them at the apex of a cone alone.
+/// Cells along the axis: of round profiles, and of straight ones, which need them at the apex of a
+/// cone alone.
 const ALONG: usize = 64;
 const ALONG_STRAIGHT: usize = 8;
 
@@ -164,7 +166,8 @@ impl Builder<'_> {
             _ => {
                 let p1 = params.point3("p1", Vec3::ZERO);
                 let p2 = params.point3("p2", Vec3::ONE);
-                // A line segment that turns around z. The normal is that of the cross product of the two tangents.
+                // A line segment that turns around z. The normal is that of the cross product of
+                // the two tangents.
                 grid([around(phi_max), ALONG], |u, v| {
                     let p = p1.lerp(p2, v);
                     let turn = manylight::math::Mat3::from_rotation_z(u * phi_max);
@@ -182,8 +185,8 @@ fn around(phi_max: f32) -> usize {
     ((AROUND as f32 * phi_max / TAU).ceil() as usize).max(4)
 }
 
-/// The surface of a profile that turns around z. The profile gives [radius, z] and the direction of the normal in this plane, and has
-/// `along` cells.
+/// The surface of a profile that turns around z. The profile gives [radius, z] and the direction of
+/// the normal in this plane, and has `along` cells.
 fn revolved(phi_max: f32, along: usize, profile: impl Fn(f32) -> ([f32; 2], [f32; 2])) -> Mesh {
     grid([around(phi_max), along], |u, v| {
         let ([r, z], [normal_r, normal_z]) = profile(v);

@@ -1,7 +1,7 @@
 //! Loop subdivision surfaces.
 //!
-//! Source: Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; limit positions and tangents as in Pharr, Jakob, Humphreys,
-//! "Physically Based Rendering", 3rd edition, section 3.8.
+//! Source: Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; limit positions and
+//! tangents as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 3rd edition, section 3.8.
 
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
@@ -16,7 +16,8 @@ use std::f32::consts::TAU;
 const MAX_LEVELS: i32 = 10;
 /// Most triangles of the result.
 const MAX_TRIANGLES: usize = 1 << 26;
-/// Levels from which on the triangles of all surfaces of a scene have a bound: with more, a small file fills the memory.
+/// Levels from which on the triangles of all surfaces of a scene have a bound: with more, a small
+/// file fills the memory.
 const MANY_LEVELS: i32 = 7;
 /// Most triangles of these surfaces.
 const MAX_TRIANGLES_OF_MANY_LEVELS: usize = 1 << 20;
@@ -73,7 +74,8 @@ struct Neighbors {
 }
 
 impl Neighbors {
-    /// The neighbors in order around the vertex, and whether they form a closed ring. At a border they begin and end there.
+    /// The neighbors in order around the vertex, and whether they form a closed ring. At a border
+    /// they begin and end there.
     fn ring(&self) -> (Vec<u32>, bool) {
         let next: HashMap<u32, u32> = self.edges.iter().map(|[a, b]| (*a, *b)).collect();
         let ends: Vec<u32> = self.edges.iter().map(|[_, b]| *b).collect();

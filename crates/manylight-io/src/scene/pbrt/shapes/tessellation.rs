@@ -23,8 +23,8 @@ pub(super) fn append(mesh: &mut Mesh, piece: Mesh) {
         .extend(moved.map(|triangle| triangle.map(|i| i + first)));
 }
 
-/// A mesh of `n[0]` x `n[1]` quadrilaterals over the unit square of (u, v), each split into two triangles. `surface` gives position and
-/// normal at (u, v); the texture coordinates are (u, v).
+/// A mesh of `n[0]` x `n[1]` quadrilaterals over the unit square of (u, v), each split into two
+/// triangles. `surface` gives position and normal at (u, v); the texture coordinates are (u, v).
 pub(super) fn grid(n: [usize; 2], surface: impl Fn(f32, f32) -> (Vec3, Vec3)) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..=n[1] {

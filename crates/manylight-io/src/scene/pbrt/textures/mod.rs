@@ -159,7 +159,8 @@ impl Builder<'_> {
         ColorInput::Texture(self.at_mapped_uv(mapping, square))
     }
 
-    /// The substitute of a class that is not supported: the mean of its inputs, with one warning. Unknown classes are reported.
+    /// The substitute of a class that is not supported: the mean of its inputs, with one warning.
+    /// Unknown classes are reported.
     fn constant_texture(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
         let params = &entity.params;
         if !SUBSTITUTES.contains(&params.plugin.value.as_str()) {
