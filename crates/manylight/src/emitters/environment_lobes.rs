@@ -9,11 +9,15 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Largest number of lobes of a density. More make it smoother and slower to evaluate. Unmeasured.
+/// Largest number of lobes of a density. More make it smoother and slower to evaluate: 16 take one
+/// vector, 32 two. At 16 and 64 (2 passes of 128 lights at 72x40, 2 seeds; third-party kitchen):
+/// relMSE +2.6 and +0.2 % (standard error 1 %).
 pub const MAX_ENVIRONMENT_LOBES: usize = 32;
 /// Smallest number of photons for a density.
 const MIN_PHOTONS: usize = 4;
-/// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Unmeasured.
+/// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Smallest at 2e-4
+/// and 8e-4 (2 passes of 128 lights at 72x40, 2 seeds; third-party kitchen): relMSE -1.2 and +2.9 %
+/// (standard error 1 %). Largest at 0.125 and 0.5: the same picture.
 const VARIANCE: [f32; 2] = [4e-4, 0.25];
 
 /// A density over directions to the environment: a mixture of von Mises-Fisher lobes of equal

@@ -18,12 +18,17 @@ use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Clusters that are refined in a round, at least. Unmeasured: as many representatives as a block of shadow rays holds.
+/// Clusters that are refined in a round, at least: as many representatives as a block of shadow
+/// rays holds. At 32 and 128 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen):
+/// relMSE -2.3 and +4.5 % (standard error 2 %).
 const ROUND: usize = 64;
 /// In a round, this fraction of a large cut is refined (one over the number), so that it needs no
 /// more rounds than a small one.
 const ROUND_DIVISOR: usize = 4;
-/// A point counts as no darker than this fraction of the brightest point that shares its cut. Unmeasured.
+/// A point counts as no darker than this fraction of the brightest point that shares its cut. With
+/// an error of 2 % it allows 0.0002 of the brightest, below a step of an 8-bit sRGB picture near
+/// black (0.0003). At 0.005 and 0.02 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room,
+/// Kitchen): relMSE -0.4 and +0.2 %.
 const DARKEST_POINT: f32 = 0.01;
 
 /// A node of the cut.

@@ -13,8 +13,9 @@ use crate::lanes::{Color, Float, Mask, One, Vector};
 use crate::math::{Aabb, Cone, Spread, Vec3};
 use crate::virtual_lights::VirtualLights;
 
-/// Distance that corresponds to a unit distance between normals, relative to the diagonal of all points, as for the light tree.
-/// Unmeasured.
+/// Distance that corresponds to a unit distance between normals, relative to the diagonal of all
+/// points, as for the light tree. At 0.125 and 0.5 (2 passes of `bidirectional-lightcuts` at 72x40,
+/// 3 seeds; Kitchen): relMSE +0.6 and +1.1 % (standard error 1 %).
 const NORMAL_SCALE: f32 = 0.25;
 
 /// A gather point: a sensor that receives light from virtual lights.

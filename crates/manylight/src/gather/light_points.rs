@@ -9,19 +9,31 @@ use crate::virtual_lights::VirtualLight;
 use crate::virtual_lights::moments::POINTS;
 use std::f32::consts::PI;
 
-/// Distance, in radii of a disc, within which it is sixteen points. Unmeasured; see [`DISTANCE_SPREAD`].
+/// Distance, in radii of a disc, within which it is sixteen points; see [`DISTANCE_SPREAD`]. On the
+/// axis, four random points of a disc have a standard deviation of 10 % from there, 30 % at half of
+/// the distance, 3 % at twice. At 0.75 and 3 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen,
+/// Glossy Room): relMSE +0.1 and -0.1 % (standard error 1 %), shadow rays -23 and +60 %.
 const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
-/// Distance, in radii of a disc, within which it is four points, and one point beyond. Unmeasured.
+/// Distance, in radii of a disc, within which it is four points, and one point beyond. On the axis,
+/// one random point of a disc has a standard deviation of 4 % from there, 13 % at half of the
+/// distance, 1 % at twice. At 2 and 8 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen, Glossy
+/// Room): relMSE +3.1 and -2.0 % (standard error 1 %), shadow rays -19 and +26 %, mean +0.2 and
+/// -0.4 %.
 const FOUR_POINTS_WITHIN: f32 = 4.0;
-/// Distance, in radii of a sphere, within which sixteen directions are sampled. Unmeasured.
+/// Distance, in radii of a sphere, within which sixteen directions are sampled. At 1 and 4 (2
+/// passes of `rich-vsl` at 72x40, 3 seeds; Glossy Room, Contacts): relMSE +1.3 and -1.9 %.
 const SIXTEEN_DIRECTIONS_WITHIN: f32 = 2.0;
-/// Distance, in radii of a sphere, within which four directions are sampled, and one beyond. Unmeasured.
+/// Distance, in radii of a sphere, within which four directions are sampled, and one beyond. At 4
+/// and 16 (2 passes of `rich-vsl` at 72x40, 3 seeds; Glossy Room, Contacts): relMSE +1.5 and -0.4 %
+/// (standard error 1 %), mean +0.5 and +0.2 %.
 const FOUR_DIRECTIONS_WITHIN: f32 = 8.0;
 /// Largest relative increase of these distances, by the random number of the shading point: no ring
 /// shows where the number of points changes.
 const DISTANCE_SPREAD: f32 = 0.25;
-/// Least area of a disc, relative to the surface area that its light represents; lights with smaller discs are points.
-/// Unmeasured: one strong photon among weak ones makes a disc small that represents as much area as its neighbors.
+/// Least area of a disc, relative to the surface area that its light represents; lights with
+/// smaller discs are points. One strong photon among weak ones makes a disc small that represents
+/// as much area as its neighbors. At 0.125 and 0.5 (2 passes of 128 lights at 72x40, 2 seeds;
+/// Kitchen, Glossy Room): relMSE 0 and 0 %.
 const LEAST_DISC: f32 = 0.25;
 
 /// A part of a light that is connected with as a point.

@@ -7,7 +7,8 @@ use crate::color::Rgb;
 use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen};
 use crate::sampling::rng::Pcg;
 
-/// Lights before roulette begins. Unmeasured: a mean over fewer lights says little.
+/// Lights before roulette begins: a mean over fewer lights says little. At 4 and 16 (2 passes of
+/// 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at most 0.3 % (RMS).
 const FIRST_LIGHTS: f32 = 8.0;
 
 /// Roulette for the connections of a group of points, in the order of the lights.

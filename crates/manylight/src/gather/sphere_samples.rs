@@ -14,7 +14,9 @@ use std::f32::consts::TAU;
 
 /// Most directions that are sampled from Ω.
 pub(super) const MAX_DIRECTIONS: usize = 16;
-/// Directions that are sampled from the lobe at the point, and from that at the light. Unmeasured.
+/// Directions that are sampled from the lobe at the point, and from that at the light. At 2 and 8
+/// (2 passes of `rich-vsl` at 72x40, 3 seeds; Glossy Room, Contacts): relMSE +2.5 and -2.3 %
+/// (standard error 1 %).
 pub(super) const LOBE_DIRECTIONS: usize = 4;
 /// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at
 /// half the height.

@@ -30,8 +30,9 @@ use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to
-/// balance the threads.
+/// Paths traced by one task: large enough that most packets are full, small enough to balance the
+/// threads. At 2048 and 8192, the time of `light-trace` on one thread (Kitchen, 72x40, 256 samples
+/// per pixel) rises by 7 and 1 %.
 const PATHS_PER_TASK: u64 = 4096;
 
 /// A contribution to one pixel.

@@ -6,8 +6,10 @@ use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
 
-/// Distance that corresponds to a unit distance between normals, relative to the diagonal of all lights; the factor `c` of
-/// Walter et al. 2005, section 3.1. Larger values group lights by orientation rather than by position. Unmeasured.
+/// Distance that corresponds to a unit distance between normals, relative to the diagonal of all
+/// lights; the factor `c` of Walter et al. 2005, section 3.1. Larger values group lights by
+/// orientation rather than by position. At 0.125 and 0.5 (a pass of 4096 lights at 72x40, 3 seeds;
+/// Glossy Room, Kitchen): relMSE +2.5 and +1.0 % (standard error 3 %).
 const NORMAL_SCALE: f32 = 0.25;
 /// Number of bins along the longest axis; the planes between them are the candidates.
 const BINS: usize = 16;

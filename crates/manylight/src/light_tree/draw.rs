@@ -9,8 +9,10 @@ use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
 use crate::virtual_lights::VirtualLights;
 
-/// Fraction of the probability of a child that is in proportion to flux alone. It bounds the weights of lights with a low estimate; a larger value
-/// makes draws depend less on distance and direction. Unmeasured.
+/// Fraction of the probability of a child that is in proportion to flux alone. It bounds the
+/// weights of lights with a low estimate; a larger value makes draws depend less on distance and
+/// direction. At 0.1 and 0.4 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen):
+/// relMSE -2.3 and -2.0 % (standard error 2 %).
 const BY_FLUX: f32 = 0.2;
 
 /// A light drawn from the lights of a node.

@@ -6,15 +6,22 @@ use crate::math::Vec3;
 
 /// Smallest cosine between normals on one diffuse surface: 25°. Smaller angles separate facets of
 /// smooth objects; larger ones mix orientations, so that photons of other surfaces bias the image.
-/// Unmeasured.
+/// At 12.5° and 50° (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room): relMSE 0 and
+/// -0.7 % (standard error 5 %). At 12.5° and 50° (2 passes of `photon-map` at 72x40, 3 seeds;
+/// Glossy Room, Kitchen): relMSE +1.1 and +11 % (standard error 6 %), mean -0.4 and +1.2 %.
 pub(super) const MIN_COS: f32 = 0.906_308;
 /// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness.
 /// Profiles evaluate the lobe of every photon about the photon's normal, so this limits the error
-/// of position and not that of direction. Unmeasured.
+/// of position and not that of direction. At 1 and 4 (2 passes of 128 lights at 72x40, 3 seeds;
+/// Kitchen, Glossy Room): relMSE +7.5 and -0.8 % (standard error 6 %).
 const ANGLE_PER_ALPHA: f32 = 2.0;
-/// Largest offset from the tangent plane relative to the distance. Unmeasured.
+/// Largest offset from the tangent plane relative to the distance. At 0.075 and 0.3 (2 passes of
+/// 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room): relMSE +4.0 and +2.2 % (standard error 7
+/// %), shadow rays -4 and -1 %.
 const MAX_SLOPE: f32 = 0.15;
-/// Factor on distances along the normal in the metric of [`Patch::distance_squared`]. Unmeasured.
+/// Factor on distances along the normal in the metric of [`Patch::distance_squared`]. At 2.5 and 10
+/// (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room): relMSE +1.5 and -1.7 %
+/// (standard error 4 %).
 const NORMAL_STRETCH: f32 = 5.0;
 
 /// A small piece of surface, for the compatibility test.

@@ -11,7 +11,9 @@ use crate::particles::{Importon, Photon};
 use std::f32::consts::FRAC_1_PI;
 
 /// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the
-/// image, not its mean; fewer neighbors take less time. Unmeasured.
+/// image, not its mean; fewer neighbors take less time. With importons of equal importance, the
+/// relative standard deviation is `√(4/(3K))`, 20 %: 29 % with half as many, 14 % with twice as
+/// many.
 pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
 /// Largest distance from the position of an estimate at which it is reused, relative to its
@@ -22,9 +24,13 @@ const REUSE_MIN_COS: f32 = 0.99;
 /// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one
 /// smooth object, and it excludes the other side of a wall.
 const IMPORTON_MIN_COS: f32 = 0.5;
-/// Largest distance of importons from the tangent plane relative to the bandwidth. Unmeasured.
+/// Largest distance of importons from the tangent plane relative to the bandwidth: on a sphere,
+/// normals differ by the 60° of [`IMPORTON_MIN_COS`] where this is sin 30°, a half.
 const IMPORTON_SLAB: f32 = 0.5;
-/// Largest distance of photons from the tangent plane relative to the bandwidth. Unmeasured.
+/// Largest distance of photons from the tangent plane relative to the bandwidth. On a sphere,
+/// normals differ by the 25° that end a surface where this is sin 12.5°, 0.22. At 0.1 and 0.4 (2
+/// passes of `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -1.7 and +4.6 %
+/// (standard error 1 %), mean -0.3 and +0.5 %.
 const PHOTON_SLAB: f32 = 0.2;
 
 /// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared distance

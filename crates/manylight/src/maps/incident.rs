@@ -10,7 +10,9 @@ use crate::particles::Photon;
 use crate::scene::Scene;
 
 /// Number of photons above which only a regular subset is stored. Directions vary slowly over a
-/// surface; fewer photons save memory and time. Unmeasured.
+/// surface; fewer photons save memory and time. A path brings at most one of these photons, so that
+/// all of a pass with the default number of paths are stored, and at least one in eight of a group
+/// of eight passes.
 const MAX_PHOTONS: usize = 1 << 18;
 
 /// Position and direction of an arriving photon.

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// Number of neighbors in the density estimate around a light; the light itself is one of them.
-/// More neighbors give less noisy and more blurred areas. Unmeasured.
+/// More neighbors give less noisy and more blurred areas. At 5 and 18 (2 passes of 128 lights at
+/// 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE +1.3 and -0.6 % (standard error 2 %).
 const AREA_NEIGHBORS: usize = 9;
 
 /// The density of lights around any position.

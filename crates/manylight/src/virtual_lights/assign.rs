@@ -14,10 +14,12 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
 /// Largest selection weight (importance times flux) of an additional light, in units of the median
-/// light's. Smaller values bound the noise of additional lights and make more of them. Unmeasured.
+/// light's. Smaller values bound the noise of additional lights and make more of them. At 5 and 20
+/// (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room): the same picture.
 const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
 /// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time
-/// of a pass; not tuned by a measurement.
+/// of a pass: the sum over lights grows by a quarter at most. At 0.125 and 0.5 (2 passes of 128
+/// lights at 72x40, 3 seeds; Kitchen, Glossy Room): relMSE -5.2 and -0.6 % (standard error 4 %).
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;
 /// Surface represented by an additional light, in units of the surface per light around it. It
 /// represents many unassigned photons around it; with the factor 1 the clamp treats it as a small

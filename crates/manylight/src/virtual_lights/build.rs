@@ -29,7 +29,8 @@ const PATHS_OF_WIDE_LOBES: usize = 32;
 /// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less
 /// time, and more must overlap for a smooth profile. See [`PATHS_OF_WIDE_LOBES`].
 const PATHS_OF_NARROW_LOBES: usize = 64;
-/// Roughness below which lobes count as narrow. Unmeasured.
+/// Roughness below which lobes count as narrow. At 0.15 and 0.6 (2 passes of 128 lights at 72x40, 3
+/// seeds; Kitchen, Glossy Room): relMSE +0.5 and 0 %.
 const NARROW: f32 = 0.3;
 /// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is
 /// reduced to it. The ratio is unbounded where light grazes the geometric surface under a tilted

@@ -12,7 +12,9 @@ use rayon::prelude::*;
 /// Bits per axis of a position: 4096 steps along the longest edge of the scene.
 const BITS: u32 = 12;
 /// Bits per axis that precede the facing in a key. More bits mix fewer facings within a batch of
-/// some dozens of lights, fewer bits let a batch extend over less of the scene. Unmeasured.
+/// some dozens of lights, fewer bits let a batch extend over less of the scene. At 1 and 3 (2
+/// passes of 128 lights at 72x40, 2 seeds; Kitchen, Glossy Room): relMSE +6.5 and -2.4 % (standard
+/// error 6 %).
 const COARSE_BITS: u32 = 2;
 
 /// A Hilbert curve through a cube.

@@ -17,11 +17,13 @@ use rayon::prelude::*;
 const SPACING_NEIGHBORS: usize = 9;
 /// Largest distance from a location to its site, in spacings. If this many spacings hold no site of
 /// the location's surface, that surface is considered to have none. Larger values leave fewer
-/// photons unassigned and move flux farther. Unmeasured.
+/// photons unassigned and move flux farther. At 1.5 and 6 (2 passes of 128 lights at 72x40, 3
+/// seeds; Kitchen, Glossy Room): relMSE +11 and +0.9 % (standard error 5 %), shadow rays -11 and +3
+/// %.
 const MAX_SPACINGS: f32 = 3.0;
 /// Distance to the site, in spacings, above which a visibility test is made. The spacing reaches to
-/// the 8th neighbor, so that on an evenly covered plane one photon in eight is tested. Smaller
-/// values test more photons; not tuned by a measurement.
+/// the 8th neighbor: of photons around sites at random on a plane, `exp(-8 s²)` are tested, 14 %;
+/// 61 % at 0.25, none at 1.
 const VISIBILITY_TEST_SPACINGS: f32 = 0.5;
 /// Index of no site and of no light.
 pub(super) const UNASSIGNED: u32 = u32::MAX;

@@ -15,13 +15,16 @@ use rayon::prelude::*;
 /// Largest number of iterations: the paper's 20.
 pub const ITERATIONS: usize = 20;
 /// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make
-/// a smoother, slower relaxation. Unmeasured.
+/// a smoother, slower relaxation. At 6 and 24 (2 passes with `--placement relaxed` at 72x40, 3
+/// seeds; Glossy Room, Kitchen): relMSE -9.5 and -9.0 % (standard error 6 %), shadow rays +3 and -3
+/// %.
 const NEIGHBORS: usize = 12;
 /// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other
 /// surfaces.
 const NEIGHBORS_SEARCHED: usize = 2 * NEIGHBORS;
 /// Mean displacement per iteration, relative to the mean spacing of sites, below which the
-/// iteration stops. Trades evenness for time; not tuned by a measurement.
+/// iteration stops. Trades evenness for time. At 0.025 and 0.1 (2 passes with `--placement relaxed`
+/// at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -4.1 and -6.7 % (standard error 6 %).
 const STOPPING_DISPLACEMENT: f32 = 0.05;
 
 /// The current position of a site.

@@ -8,9 +8,9 @@ use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 
 /// Smallest weight in a selection, relative to the mean weight. A photon's flux is divided by its
-/// probability, so that a photon of underestimated importance would become a very bright light. A
-/// higher floor bounds that flux further, and spends more lights where little importance arrives.
-/// Unmeasured.
+/// probability, so that a photon of underestimated importance would become a very bright light. It
+/// gets at most 1000 times the flux of one of mean weight, for 0.1 % of the lights at most; twice
+/// the floor halves that flux and doubles these lights.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
 /// A photon that was chosen to become a virtual light.

@@ -25,8 +25,9 @@ use crate::transport::walk::MAX_SPECULAR_SEGMENTS;
 /// change beyond 3 % in U-Shape, Garage and Disco.
 const FIRST_SURVIVAL_FACTOR: f32 = 16.0;
 
-/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the
-/// weakest paths are terminated.
+/// Factor from the weight of a specular path to its probability of survival: only the weakest paths
+/// are terminated. At 32 and 128 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room):
+/// relMSE +0.8 and +0.1 %, shadow rays -2 and +4 %.
 const SURVIVAL_FACTOR: f32 = 64.0;
 
 /// How a path continues from a vertex by specular events.

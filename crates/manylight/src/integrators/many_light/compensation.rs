@@ -29,14 +29,19 @@ use crate::scene::Scene;
 use crate::transport::Vertex;
 use crate::virtual_lights::SurfaceLocation;
 
-/// Largest probability of continuing beyond the second gather point of a camera path. Unmeasured.
+/// Largest probability `p` of continuing beyond the second gather point of a camera path. It bounds
+/// the expected number of further gather points by `1/(1 - p)`, 20: 10 at 0.9, 40 at 0.975. At 0.9
+/// and 0.975 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at most 0.4 %
+/// (RMS).
 pub(super) const MAX_SURVIVAL: f32 = 0.95;
 /// The search for the light that represents `y` costs more than the rest of the step. So the
 /// clamped fraction is first estimated as if that light represented this many times the area per
-/// light around `x`, and the search made with that probability. Unmeasured.
+/// light around `x`, and the search made with that probability. At 8 and 32 (2 passes of 128 lights
+/// at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE +0.5 and 0 % (standard error 1 %).
 const ESTIMATED_AREAS: f32 = 16.0;
-/// Least probability of that search. Unmeasured: bounds the weight of directions for which the
-/// estimate is too low.
+/// Least probability of that search: bounds the weight of directions for which the estimate is too
+/// low by 8. At 0.0625 and 0.25 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room,
+/// U-Shape): relMSE +0.8 and -0.6 % (standard error 1 %).
 const LEAST_SEARCHED: f32 = 1.0 / 8.0;
 /// Factor from the clamped fraction of a direction to the probability of a photon query at a glossy
 /// surface. Measured against 1, over 8 passes at 160x90: relMSE falls by 5 % in the Kitchen and by

@@ -35,9 +35,13 @@ use std::f32::consts::FRAC_1_PI;
 /// metal in the sun made single bright pixels.
 const LEAST_DIRECTION_LIMIT: f32 = 1.0;
 /// Survival probability of a photon, divided by the clamped fraction of its light at a white
-/// surface. Unmeasured: a larger factor makes the map larger, a smaller one adds noise.
+/// surface. A larger factor makes the map larger; with this one, photons that are thinned count
+/// with at most an eighth of their flux. At 4 and 16 (2 passes of 128 lights at 72x40, 2 seeds;
+/// Kitchen): pictures differ by at most 0.1 % (RMS).
 const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
-/// Least survival probability of a photon. Unmeasured: bounds the flux of photons.
+/// Least survival probability of a photon: bounds the flux of photons by 32 times their own. At
+/// 0.015625 and 0.0625 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at
+/// most 0.5 % (RMS).
 const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
 
 /// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ`

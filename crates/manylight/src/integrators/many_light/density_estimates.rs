@@ -30,9 +30,13 @@ const DENSE_PHOTONS: f32 = 8.0;
 /// a specular chain, where photons are dense. Diffuse surfaces reflect at most `1/π`. Measured at 1
 /// and 4, over 2 passes at 320x180: the same variance of caustics in the Disco within 2 %.
 const CAUSTIC_PHOTON_LIMIT: f32 = 1.0;
-/// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. Unmeasured.
+/// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. At 36 and
+/// 144 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, Garage): the same picture.
+/// In pictures as small as these, the bound by the diagonal is smaller.
 const MAX_RADIUS_PIXELS: f32 = 72.0;
-/// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
+/// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. At 0.015 and 0.06
+/// (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room): relMSE +2.7 and -0.7 %
+/// (standard error 2 %).
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
 /// Fraction of the light reflected by glossy lobes for which caustic photons account, where photons

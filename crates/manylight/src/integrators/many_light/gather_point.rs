@@ -28,19 +28,25 @@ use crate::math::Vec3;
 use crate::sampling::{LowDiscrepancySequence, Pass, Sampler, Stream};
 use crate::transport::Vertex;
 
-/// Directions at the first gather points of the camera paths of a pixel, together. Unmeasured: they
-/// cost little beside the sum over all lights.
+/// Directions at the first gather points of the camera paths of a pixel, together. At 8 and 32 (2
+/// passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE +14 and -9.5 %
+/// (standard error 4 %), shadow rays -21 and +43 %.
 pub(super) const DIRECTIONS: u32 = 16;
-/// Fewest directions at a point for which a query of the area per light pays. Unmeasured.
+/// Fewest directions at a point for which a query of the area per light pays. At 2 and 8 (2 passes
+/// of 128 lights at 72x40, 2 seeds; Kitchen, Glossy Room): relMSE +0.1 and +2.2 % (standard error 1
+/// %).
 const AREA_QUERY_DIRECTIONS: u32 = 4;
-/// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured:
-/// such points add a small part of the image, so that their noise may be larger.
+/// Beyond the first gather point of a camera path, one light in this many is summed: such points
+/// add a small part of the image, so that their noise may be larger. At 4 and 16 (2 passes of 128
+/// lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE -1.9 and +1.7 % (standard error
+/// 1 %), shadow rays +31 and -16 %.
 const SPARSE_STEP: u32 = 8;
 /// Number of different sparse subsets in a pass, the same in all tiles: points with the same subset
 /// are summed together.
 const SPARSE_CHOICES: u32 = 4;
 /// Squared distance, relative to the area per light, within which a cached area per light is used
-/// again. Unmeasured.
+/// again: a fifth of the distance to the eighth light. At 0.05 and 0.2 (2 passes of 128 lights at
+/// 72x40, 2 seeds; Kitchen, Glossy Room): pictures differ by at most 0.6 % (RMS).
 const CACHED_AREA_REACH: f32 = 0.1;
 
 /// A vertex of a camera path at which light is gathered.

@@ -24,7 +24,9 @@ use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::relax::relax;
 use rayon::prelude::*;
 
-/// Photons in an estimate of irradiance. Unmeasured: an image of it looks smooth.
+/// Photons in an estimate of irradiance, for a picture of it. With K photons of equal flux under
+/// the Epanechnikov kernel, the relative standard deviation is `√(4/(3K))`, 10 %: 14 % with half as
+/// many, 7 % with twice as many, for a radius larger by `√2`.
 const IRRADIANCE_NEIGHBORS: usize = 128;
 /// The middle of the unit square: the center of pixels and of the lens.
 const MIDDLE: Vec2 = Vec2::splat(0.5);

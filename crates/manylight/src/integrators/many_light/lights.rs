@@ -19,8 +19,9 @@ use crate::virtual_lights::{
     NearestLights, PhotonClusters, Site, VirtualLights, build_lights, select,
 };
 
-/// Most photons per light on average; more of them are thinned before the partition of flux.
-/// Unmeasured: beyond it, the noise of the photons is small beside that of the light positions.
+/// Most photons per light on average; more of them are thinned before the partition of flux. The
+/// flux of a light of n photons has a relative standard deviation of about `1/√n`, 3 %: 4.4 % with
+/// half as many, 2.2 % with twice as many.
 const PHOTONS_PER_LIGHT: usize = 1024;
 /// Probability of placement that follows flux alone, relative to that which follows importance
 /// times flux. Where importons have missed what matters, photons would otherwise be assigned to a
@@ -34,12 +35,16 @@ const PLACED_BY_FLUX: f32 = 0.1;
 /// Kitchen (0.0023 to 0.0012) and adds less to that of the compensation (0.0008 to 0.0015).
 const COMPENSATED_CLAMP: f32 = 8.0;
 
-/// Camera rays that estimate the mean of the sum over virtual lights. Unmeasured.
+/// Camera rays that estimate the mean of the sum over virtual lights. At 128 and 512 (a pass of
+/// 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -0.1 and -0.2 %.
 const PROBES: u32 = 256;
-/// Most clusters of the cut at a probe. Unmeasured.
+/// Most clusters of the cut at a probe. The sum over a cut is unbiased, and its noise averages over
+/// the probes. At 32 and 128 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen):
+/// relMSE 0 and -0.3 %.
 const PROBE_CUT: u32 = 64;
-/// A pixel counts as no darker than this fraction of that mean: smaller errors are not seen.
-/// Unmeasured.
+/// A pixel counts as no darker than this fraction of that mean: smaller errors are not seen. At
+/// 0.025 and 0.1 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -1.0 and
+/// -1.0 % (standard error 1 %).
 pub const DARKEST_PIXEL: f32 = 0.05;
 
 /// Random numbers of the selection of lights.

@@ -21,7 +21,9 @@ pub(super) const SPLIT: u32 = 8;
 /// and 0.85 in the Disco, 1, 0.94 and 0.93 in the Garage.
 pub(super) const EMISSION_PATHS: u32 = 4;
 /// Growth of the largest radius of density estimates per length of segments after a non-specular
-/// event, in rad: caustics seen by such events may be blurred more. Unmeasured.
+/// event, in rad: caustics seen by such events may be blurred more. At 0.01 and 0.04 (2 passes of
+/// 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, Garage): the same picture. In pictures as
+/// small as these, the bound by the diagonal is smaller.
 const INDIRECT_RADIUS_ANGLE: f32 = 0.02;
 
 /// What a camera path carries.

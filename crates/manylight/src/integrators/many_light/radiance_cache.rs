@@ -44,18 +44,23 @@ use rayon::prelude::*;
 /// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the
 /// compensation falls from 0.0061 to 0.0042 of relMSE in the U-Shape, for 5 % more time.
 pub(super) const CACHE_NEIGHBORS: usize = 48;
-/// Most photons of the cache per pass of its group. Unmeasured: kernels are narrower with more of
-/// them.
+/// Most photons of the cache per pass of its group: kernels are narrower with more of them. At
+/// 16384 and 32768 (2 passes of some 50 000 photons, all of them kept otherwise, at 72x40, 2 seeds;
+/// Kitchen, Glossy Room): relMSE +0.6 and -0.8 % (standard error 1 %).
 const PHOTONS_PER_PASS: usize = 1 << 17;
-/// Photons per cache point, at least. Unmeasured: most photons must be left for the estimates.
+/// Photons per cache point, at least: seven eighths of the photons or more are left for the
+/// estimates. At 4 and 16 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): relMSE +0.8 and +4.3
+/// %.
 const PHOTONS_PER_POINT: usize = 8;
-/// Largest probability with which a photon makes a cache point and is none of the estimates.
-/// Unmeasured: bounds the flux of the photons that remain.
+/// Largest probability `p` with which a photon makes a cache point and is none of the estimates:
+/// the flux of the photons that remain grows by `1/(1 - p)`, at most 4/3. At 0.125 and 0.5 (2
+/// passes of 128 lights at 72x40, 2 seeds; Kitchen): relMSE +3.2 and +3.0 %.
 const MAX_POINT_PROBABILITY: f32 = 0.25;
 /// Most cache points per pass of its group. Measured against four times as many, over 8 passes at
 /// 160x90: no gain in the Kitchen and the U-Shape, for 5 to 13 % more time.
 const POINTS_PER_PASS: usize = 1 << 14;
-/// Largest distance from `y` to its cache point, in radii of the kernels around. Unmeasured.
+/// Largest distance from `y` to its cache point, in radii of the kernels around. At 1 and 4 (2
+/// passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE -0.2 and 0 %.
 const REACH: f32 = 2.0;
 /// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or
 /// twice as much change the error of Kitchen and U-Shape by at most 3 %.
@@ -63,8 +68,9 @@ const LEAST_DISTANCE: f32 = 2.0;
 /// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer
 /// ones do without the cache.
 const MAX_EXTRA_SEGMENTS: usize = 6;
-/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point.
-/// Unmeasured: bounds the search.
+/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point: bounds the
+/// search. At 1 and 4 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape):
+/// relMSE -0.1 and 0 %.
 const MAX_GLOSSY_RADIUS: f32 = 2.0;
 
 /// A photon of the cache.

@@ -17,14 +17,17 @@ use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
 
-/// Most passes that share one set of lights. Unmeasured: memory grows with it.
+/// Most passes that share one set of lights; memory grows with it. At 4 and 16 (32 passes of 32
+/// lights at 72x40, 2 seeds; Kitchen): relMSE -6.1 and -0.7 % (standard error 1 %), shadow rays +18
+/// and -6 %, mean -0.4 and +0.3 %.
 const MAX_GROUP_PASSES: u32 = 8;
 /// Most lights of a group of several passes: bounds its memory.
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.
 const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
-/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first
-/// 16 passes, the default of a render, are hardly refined.
+/// Passes after which the area that a light represents has shrunk by `1/√2`: the first 16 passes,
+/// the default of a render, are hardly refined. At 8 and 32 (32 passes of 32 lights at 72x40, 2
+/// seeds; Kitchen): relMSE +3.1 and -1.7 % (standard error 3 %), shadow rays -6 and +5 %.
 const UNREFINED_PASSES: f32 = 16.0;
 /// Most lights that are placed in a group for the sake of refinement: bounds its memory.
 const MAX_REFINED_LIGHTS: u32 = 1 << 18;

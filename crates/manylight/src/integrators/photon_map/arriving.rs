@@ -15,10 +15,13 @@ use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
 use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
 
-/// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
+/// Directions, and emitter samples, for the lobes that end a camera path. At 1 and 4 (2 passes of
+/// `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE +6.5 and -12 % (standard error 6
+/// %), shadow rays -48 and +97 %.
 const DIRECTIONS: u32 = 2;
-/// Factor from the weight of a camera path to its probability of survival before `rr_depth`.
-/// Unmeasured: only the weakest paths are terminated.
+/// Factor from the weight of a camera path to its probability of survival before `rr_depth`: only
+/// the weakest paths are terminated. At 4 and 16 (2 passes of `photon-map` at 72x40, 3 seeds;
+/// Glossy Room, Kitchen): relMSE +8.3 and -5.4 % (standard error 2 %), shadow rays -8 and +12 %.
 const SURVIVAL_FACTOR: f32 = 8.0;
 
 /// The camera paths of a round, at the ends of their segments.

@@ -26,10 +26,14 @@ pub struct PhotonMap {
 }
 
 /// Least roughness of glossy lobes that gather before a non-specular event: lower ones would show
-/// single photons. After such an event, which blurs what is seen, all glossy lobes gather.
-/// Unmeasured.
+/// single photons. After such an event, which blurs what is seen, all glossy lobes gather. At 0.15
+/// and 0.6 (2 passes of `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -9.3 and +1.2
+/// % (standard error 7 %), shadow rays -18 and +1 %.
 const LEAST_GATHERING_ROUGHNESS: f32 = 0.3;
-/// Most camera paths per pixel and pass; see `PhotonMap::camera_paths`. Unmeasured.
+/// Most camera paths per pixel and pass; see `PhotonMap::camera_paths`. With the default number of
+/// photon paths it acts on pictures of less than 128x128 pixels. At 8 and 32 (2 passes of
+/// `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE +40 and -16 % (standard error 9
+/// %), shadow rays -50 and +44 %.
 const MAX_CAMERA_PATHS: u32 = 16;
 
 impl PhotonMap {

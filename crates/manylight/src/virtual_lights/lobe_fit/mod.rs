@@ -25,14 +25,20 @@ use crate::simd::{Isa, Simd, SimdKernel};
 pub(super) const MAX_LOBES: usize = 8;
 /// Number of directions sampled for a fit.
 const SAMPLES: u32 = 512;
-/// Largest number of steps of expectation and maximization. Trades time for convergence; not tuned
-/// by a measurement.
+/// Largest number of steps of expectation and maximization. At 20 and 80 (2 passes with `--emission
+/// vmf` at 72x40, 3 seeds; Glossy Room, Kitchen): pictures differ by at most 0.5 % (RMS).
 const MAX_STEPS: usize = 40;
-/// Change per step below which the fit has converged: absolute for mixture weights, relative for concentrations. Unmeasured.
+/// Change per step below which the fit has converged: absolute for mixture weights, relative for
+/// concentrations. At 0.005 and 0.02 (2 passes with `--emission vmf` at 72x40, 3 seeds; Glossy
+/// Room, Kitchen): pictures differ by at most 0.3 % (RMS).
 const CONVERGENCE: f32 = 0.01;
-/// Weight of the prior on the mean cosine (with mean 0), in units of the mean sample: bounds the concentration of lobes of few samples. Unmeasured.
+/// Weight of the prior on the mean cosine (with mean 0), in units of the mean sample: bounds the
+/// concentration of lobes of few samples. At 0.05 and 0.2 (2 passes with `--emission vmf` at 72x40,
+/// 3 seeds; Glossy Room, Kitchen): pictures differ by at most 0.3 % (RMS).
 const PRIOR: f32 = 0.1;
-/// Smallest mixture weight in the expectation step, so that no lobe loses all of its samples. Unmeasured.
+/// Smallest mixture weight in the expectation step, so that no lobe loses all of its samples. At
+/// 0.0005 and 0.002 (2 passes with `--emission vmf` at 72x40, 3 seeds; Glossy Room, Kitchen): the
+/// same picture.
 const MIN_WEIGHT: f32 = 1e-3;
 /// Largest concentration times the square of the roughness. A reflected lobe has about 1 at its
 /// peak, and more at grazing angles.
