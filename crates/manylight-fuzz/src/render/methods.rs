@@ -36,7 +36,11 @@ pub(super) fn method(numbers: &mut Numbers) -> MethodKind {
             method.photon_paths = 1 + numbers.below(250) as u32;
             method.importon_paths = method.importon_paths.min(numbers.below(100) as u32);
             if numbers.rarely(8) {
-                method.clamp = ClampRule::Value(numbers.float(0.0, 10.0).abs());
+                let clamp = ClampRule::Value(numbers.float(0.0, 10.0).abs());
+                // Methods that a clamp contradicts keep their own.
+                if (ManyLight { clamp, ..*method }).check().is_ok() {
+                    method.clamp = clamp;
+                }
             }
         }
         MethodKind::PhotonMap(method) => {
