@@ -42,7 +42,7 @@ fn write(path: &Path, film: &Film) {
     write_part(
         path,
         &header,
-        &[("block.0.".into(), arrays_of_sums(&film, film.current()))],
+        &[("block.0.".into(), arrays_of_sums(film, film.current()))],
     )
     .unwrap();
 }
