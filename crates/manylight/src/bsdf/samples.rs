@@ -28,13 +28,14 @@ impl From<BsdfNumbers> for Numbers<One> {
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
-    /// The sampled unit direction: `wi` of [`Bsdf::sample_wi`], `wo` of [`Bsdf::sample_wo`].
+    /// The sampled unit direction: `wi` of [`Bsdf::sample_wi`](super::Bsdf::sample_wi), `wo` of
+    /// [`Bsdf::sample_wo`](super::Bsdf::sample_wo).
     pub w: Vec3,
     /// `f |cos| / pdf`, with the geometric cosine of the sampled direction; for delta lobes the
     /// limit of that.
     pub weight: Rgb,
-    /// Density per solid angle of all requested lobes ([`Bsdf::pdf_wi`], [`Bsdf::pdf_wo`]); 0 for
-    /// delta lobes.
+    /// Density per solid angle of all requested lobes ([`Bsdf::pdf_wi`](super::Bsdf::pdf_wi),
+    /// [`Bsdf::pdf_wo`](super::Bsdf::pdf_wo)); 0 for delta lobes.
     pub pdf: f32,
     /// The class of the sampled lobe (one bit).
     pub lobe: Lobes,

@@ -39,6 +39,8 @@ impl LitPoints {
 }
 
 /// Unfinished sums of the points of some batches.
+// rustdoc 1.95 fails to derive auto traits for the arrays of `Sixteen`.
+#[doc(hidden)]
 pub(super) struct BatchSums<'a, 'b, 's, S: Sixteen> {
     s: S,
     gather: &'a Gather,

@@ -19,7 +19,7 @@ pub enum Kernel {
 /// The choice of lights that are evaluated at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strategy {
-    /// All lights of a [`Subset`].
+    /// All lights of a [`Subset`](super::Subset).
     All,
     /// A cut through the light tree, common to up to 64 points. At points with a subset of one
     /// light in `n`, the cut has at most `max_lights / n` terms.

@@ -100,8 +100,8 @@ impl Geometry {
         &self.primitives
     }
 
-    /// All shapes in object space, by [`ShapeId`]; meshes without normals, tangents and texture
-    /// coordinates.
+    /// All shapes in object space, by [`ShapeId`](crate::ids::ShapeId); meshes without normals,
+    /// tangents and texture coordinates.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
