@@ -167,7 +167,9 @@ def compared(case: Case, binary: str, folder: Path, more: int = 1) -> Outcome:
         return Outcome(case.name, verdict, mine if isinstance(mine, str) else str(other))
     picture, warnings = mine
     off = picture.means - other.means
-    scale = np.maximum(np.abs(other.means), DARK * np.nanmean(np.abs(other.means[0])))
+    usual = np.nan_to_num(np.abs(other.means))
+    # A black picture of theirs is compared with the mean of ours.
+    scale = np.maximum(usual, max(DARK * usual[0].mean(), DARK * np.abs(picture.means[0]).mean(), 1e-12))
     error = np.sqrt(np.maximum(picture.variances + other.variances, 0)) + 1e-6 * scale + 1e-12
     z = off / error
     wrong = (np.abs(off) > TOLERANCE * scale) & (np.abs(z) > MAX_Z)

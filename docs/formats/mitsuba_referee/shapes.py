@@ -128,7 +128,7 @@ def attributes() -> Iterator[Case]:
         "face r g b": colored("faces.ply", "face_color"),
         "face value": colored("face_weight.ply", "face_weight"),
         "serialized": colored("colors.serialized", "vertex_color"),
-        "prefixed": colored("vertex_tint.ply", "vertex_tint"),
+        "prefixed": colored("vertex_tint.ply", "vertex_vertex_tint_color"),
         "not prefixed": colored("plain_tint.ply", "vertex_tint_color"),
     }
     yield from named("mesh_attribute", str, rows)
