@@ -178,8 +178,8 @@ fn package_folders(prefix: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The folder of the package `pyoidn`, from the interpreter itself: for installations whose folders
-/// do not lie around it.
+/// The folder of the package `pyoidn`, as the interpreter tells it: in some installations it does
+/// not lie beside the interpreter.
 fn package_folder(python: &Path) -> Option<PathBuf> {
     const PROGRAM: &str = "import importlib.util as u; s = u.find_spec('pyoidn'); print(s.submodule_search_locations[0] if s else '')";
     let output = Command::new(python).args(["-c", PROGRAM]).output().ok()?;

@@ -66,7 +66,7 @@ pub(super) fn add_two_sided(materials: &mut Vec<Material>, inner: MaterialId) ->
     add(materials, Material::TwoSided { front, back })
 }
 
-/// A bitmap whose image is read later.
+/// A bitmap without its image, which is read later.
 pub(super) fn bitmap(filtering: Filtering, wrap: [Wrap; 2], uv_transform: Mat3) -> Texture {
     Texture::Bitmap(Bitmap {
         image: Image::default(),

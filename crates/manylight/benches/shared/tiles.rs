@@ -1,6 +1,6 @@
 //! Inputs of a gather: virtual lights of a scene, and the surface points of random image tiles.
 
-use manylight::gather::{ShadingPoint, Subset};
+use manylight::gather::ShadingPoint;
 use manylight::integrators::many_light::{Compensation, ManyLight};
 use manylight::integrators::{PassContext, PreparedPasses};
 use manylight::math::{UVec2, Vec2};
@@ -77,14 +77,5 @@ fn visible_point(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> 
     let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
     let ray = scene.sensor.ray(center, Vec2::splat(0.5)).ray;
     let (_, x) = scene.intersect(&ray)?;
-    Some(ShadingPoint {
-        x,
-        wo: -ray.d,
-        bsdf: scene.bsdf(&x),
-        max_photon_depth: None,
-        u: 0.5,
-        lights: Subset::ALL,
-        tolerance: 0.0,
-        lit_from: None,
-    })
+    Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
 }

@@ -251,8 +251,8 @@ impl<S: Width> Bsdf<'_, S> {
             share,
             weight,
         } = self.sample_leaf(Given::Wo, local, u, lobes);
-        // Transmission scales radiance by the squared index of its own side over that of the side
-        // it comes from.
+        // Refraction scales radiance by the squared index of the side that it enters over that of
+        // the side that it leaves.
         let scale = weight / (share * sample.probability * sample.eta * sample.eta);
         Drawn {
             w: self.frame.to_world(sample.w),

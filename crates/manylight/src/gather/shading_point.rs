@@ -28,6 +28,23 @@ pub struct ShadingPoint<'s> {
     pub lit_from: Option<Vec3>,
 }
 
+impl<'s> ShadingPoint<'s> {
+    /// A point at which all lights are summed, in the middle of the random numbers, without limits
+    /// of depth and side.
+    pub fn unlimited(x: SurfacePoint, wo: Vec3, bsdf: Bsdf<'s>) -> Self {
+        ShadingPoint {
+            x,
+            wo,
+            bsdf,
+            max_photon_depth: None,
+            u: 0.5,
+            lights: Subset::ALL,
+            tolerance: 0.0,
+            lit_from: None,
+        }
+    }
+}
+
 impl<'s> AsRef<ShadingPoint<'s>> for ShadingPoint<'s> {
     fn as_ref(&self) -> &Self {
         self

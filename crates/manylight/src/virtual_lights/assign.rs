@@ -1,6 +1,6 @@
 //! Flux, rule 1: a partition of the photons among the lights.
 //!
-//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ
+//! Every photon gives all of its flux to the nearest light on its surface, so that `Σ F_k = Σ
 //! Φ_j` in every realization and for any placement. (The paper estimates densities instead: see
 //! [`density`](super::density).) Photons without such a light are unassigned; they are thinned
 //! without bias into additional lights of one photon each.

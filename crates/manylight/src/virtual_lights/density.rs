@@ -12,7 +12,7 @@ use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
-/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of
+/// The density rule. Light `k` has the flux of the photon that it stands on, divided by its probability `a_k` of
 /// being kept, and the average emission of the `neighbors` = K photons nearest to it on its
 /// surface, with the Epanechnikov kernel:
 ///

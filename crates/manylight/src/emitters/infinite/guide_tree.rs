@@ -12,8 +12,8 @@ use crate::lanes::{Float, One, split};
 /// disc.
 pub(super) type PrimaryPoint = [f32; 4];
 
-/// A point whose random numbers lead to light in the visible part of the scene, and the amount of
-/// that light.
+/// Random numbers of an emission that brings light to the visible part of the scene, as a point,
+/// and the amount of that light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TrainingSample {
     pub(super) at: PrimaryPoint,

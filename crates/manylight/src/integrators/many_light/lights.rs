@@ -5,7 +5,7 @@ use super::schedule::{GroupContext, LightSubsets};
 use super::trace;
 use super::{ClampRule, Compensation, EmissionKind, FluxRule, Placement};
 use crate::gather::{
-    Clamp, CutLimits, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy, Subset,
+    Clamp, CutLimits, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy,
 };
 use crate::maps::KdTree;
 use crate::particles::{Importon, Photon};
@@ -233,16 +233,7 @@ pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIn
         let film = sampler.next_2d() * size;
         let ray = scene.sensor.ray(film, sampler.next_2d()).ray;
         let (_, x) = scene.intersect(&ray)?;
-        Some(ShadingPoint {
-            x,
-            wo: -ray.d,
-            bsdf: scene.bsdf(&x),
-            max_photon_depth: None,
-            u: 0.5,
-            lights: Subset::ALL,
-            tolerance: 0.0,
-            lit_from: None,
-        })
+        Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
     };
     let probes: Vec<ShadingPoint> = (0..PROBES).filter_map(probe).collect();
     let probe_gather = Gather {

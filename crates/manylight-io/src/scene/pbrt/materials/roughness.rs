@@ -37,8 +37,8 @@ fn alpha_v3(roughness: f32) -> f32 {
 }
 
 impl Builder<'_> {
-    /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, whose names
-    /// start with `prefix`. `None`: smooth.
+    /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, with `prefix`
+    /// before their names. `None`: smooth.
     pub(super) fn roughness(
         &mut self,
         entity: &Entity<'_>,
