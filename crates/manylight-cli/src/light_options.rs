@@ -261,6 +261,17 @@ pub(crate) const MANY_LIGHT: &[LightOption<ManyLight>] = &[
         get: |method| word_of(&method.resampling),
         ..NUMBER
     },
+    LightOption {
+        name: "interleaving",
+        help: "Edge of the pattern of pixels that are shaded by different subsets of the lights: 1 (all pixels by the same lights), 2, 4",
+        needs: Some(("strategy", "all")),
+        set: |method, text| {
+            method.interleaving = values::interleaving(text)?;
+            Ok(())
+        },
+        get: |method| (method.strategy == Strategy::All).then(|| method.interleaving.to_string()),
+        ..NUMBER
+    },
 ];
 
 /// The options of photon maps: some of those of the many-light methods.

@@ -81,6 +81,9 @@ fn follow(method: &mut ManyLight, given: &LightArgs) {
     if is_open("lights") && method.strategy != Strategy::All {
         method.effort = Effort::Fixed;
     }
+    if is_open("interleaving") && method.strategy != Strategy::All {
+        method.interleaving = 1;
+    }
     // A sphere has no singularity.
     if method.kernel == Kernel::Sphere {
         if is_open("clamp") {
@@ -116,6 +119,11 @@ fn contradiction(found: Contradiction) -> Failure {
             "--strategy bidirectional without --compensation kollig-keller",
             "use --strategy lightcuts",
         ),
+        Contradiction::InterleavedCut => (
+            "--interleaving with --strategy lightcuts",
+            "use --interleaving 1",
+        ),
+        Contradiction::Pattern => ("--interleaving of no power of two", "use 1, 2 or 4"),
     };
     Failure::usage(
         format!("{options} is a contradiction"),

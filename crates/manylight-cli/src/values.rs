@@ -92,6 +92,14 @@ pub(crate) fn table_size(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Edge of a pattern of pixels.
+pub(crate) fn interleaving(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(edge @ (1 | 2 | 4)) => Ok(edge),
+        _ => Err("expected 1, 2 or 4".into()),
+    }
+}
+
 /// A number of von Mises-Fisher lobes.
 pub(crate) fn lobes(text: &str) -> Result<u32, String> {
     const MOST: u32 = GlossyForm::MAX_LOBES;

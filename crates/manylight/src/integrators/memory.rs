@@ -77,7 +77,7 @@ fn of_many_light(
 ) -> [StageMemory; 4] {
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
-    let shaded = f64::from(method.light_count) * group.passes.len() as f64;
+    let shaded = f64::from(method.light_count) * f64::from(group.subsets);
     let probes = probes(scene, limits, seed, usable_by_virtual_lights);
     let is_glossy = |photon: &&Photon| {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));

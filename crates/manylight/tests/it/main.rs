@@ -14,6 +14,7 @@ mod frosted_glass;
 mod furnace;
 mod hidden_emitters;
 mod interim;
+mod interleaving;
 mod layers;
 mod photon_map;
 mod source;

@@ -22,7 +22,7 @@ use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
-use crate::math::Vec3;
+use crate::math::{UVec2, Vec3};
 use crate::particles::{Photon, parent};
 use crate::sampling::rng;
 use crate::scene::Scene;
@@ -132,8 +132,8 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
     (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
 }
 
-/// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of the
-/// first pass. Photons survive in proportion to it, with their flux divided by the probability.
+/// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of one
+/// pixel in the first pass. Photons survive in proportion to it, with their flux divided by the probability.
 pub(super) fn assigned(
     cx: &GroupContext,
     reflected: Vec<ReflectedPhoton>,
@@ -142,7 +142,7 @@ pub(super) fn assigned(
     nearest: &NearestLights,
 ) -> KdTree<CompensationPhoton> {
     let scene = cx.scene;
-    let subset = subsets.of_pass(cx.group.passes.start);
+    let subset = subsets.of_pixel(cx.group.passes.start, UVec2::ZERO);
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
         let assignment = lights.assignment(nearest.light(scene, &from), &from);

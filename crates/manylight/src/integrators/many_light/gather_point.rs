@@ -179,8 +179,8 @@ impl<'s> AsRef<ShadingPoint<'s>> for GatherPoint<'s> {
 pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) prepared: &'o PreparedPasses<'s>,
     pub(super) out: &'o mut TileSamples<'t>,
-    /// The lights of this pass.
-    lights: Subset,
+    /// The lights of this pass, by pixel.
+    lights: Vec<Subset>,
     /// By pixel.
     pub(super) numbers: Vec<PixelNumbers>,
     pub(super) points: Vec<GatherPoint<'s>>,
@@ -203,10 +203,11 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
         pass: Pass,
         out: &'o mut TileSamples<'t>,
     ) -> Self {
+        let lights = |pixel| prepared.subsets.of_pixel(pass.index, pixel);
         TileGather {
             prepared,
+            lights: out.tile().pixels().map(lights).collect(),
             out,
-            lights: prepared.subsets.of_pass(pass.index),
             numbers: Vec::new(),
             points: Vec::new(),
             connections: Connections::default(),
@@ -229,13 +230,14 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
         sampler: &mut Sampler,
     ) {
         let prepared = self.prepared;
+        let of_pixel = self.lights[path.pixel as usize];
         let (lights, numbers) = match role {
             GatherRole::FirstVertex(number) => (
-                self.lights.divided(number.index, number.count),
+                of_pixel.divided(number.index, number.count),
                 DirectionNumbers::of_pixel(&self.numbers[path.pixel as usize], number),
             ),
             GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => (
-                self.sparse.next(self.lights),
+                self.sparse.next(of_pixel),
                 DirectionNumbers::single(sampler),
             ),
         };

@@ -71,13 +71,18 @@ pub struct PlacedLight {
     pub film_position: Option<Vec2>,
 }
 
-/// The maps of the pass that `run` names, in a group of that pass alone. `None` if cancelled.
+/// The maps of the pass that `run` names, in a group of that pass alone, with the lights that a
+/// pixel is shaded by. `None` if cancelled.
 pub(super) fn interim_maps(
     method: &ManyLight,
     scene: &Scene,
     limits: PathLimits,
     run: &PassContext,
 ) -> Option<InterimMaps> {
+    let method = &ManyLight {
+        interleaving: 1,
+        ..*method
+    };
     let cx = &GroupContext {
         method,
         scene,

@@ -152,7 +152,7 @@ impl ManyLight {
         }
         let prepared = prepared.get_or_insert_with(|| self.prepare(scene, limits, &group, run));
         let positions = film.desc().sampler();
-        run.shade(film, shade::tiling(self.strategy, run.pass), |samples| {
+        run.shade(film, shade::tiling(self, run.pass), |samples| {
             prepared.shade_tile(run, &positions, samples);
         })
     }

@@ -1,10 +1,17 @@
 //! The schedule of passes: which passes share a set of virtual lights, how the lights are divided
-//! among them, and how far the lights are refined.
+//! among passes and pixels, and how far the lights are refined.
 //!
 //! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and
 //! divided evenly along the space-filling curve. A group of 8 passes has 8 times the lights, each
 //! of which represents an 8th of the photons. Such lights differ less from each other, so that an
 //! 8th of them has less noise than a set that is made for one pass.
+//!
+//! The pixels of a pattern are shaded by different subsets of the lights, so that the noise of
+//! neighbors is independent: interleaved sampling. From pass to pass of a group every pixel goes on
+//! to another subset. A group of few passes has as many subsets as the pattern has pixels.
+//!
+//! Source: Keller, Heidrich, "Interleaved Sampling", EGWR 2001; for virtual lights: Wald, Kollig,
+//! Benthin, Keller, Slusallek, "Interactive Global Illumination using Fast Ray Tracing", EGWR 2002.
 //!
 //! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i`
 //! the first pass of the group. The bias of the mean over `n` passes falls as `1/√n`, as does its
@@ -13,6 +20,7 @@
 use super::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
+use crate::math::UVec2;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
@@ -40,11 +48,13 @@ pub struct PassGroup {
     /// Factor of progressive refinement, at least 1: the area that a light represents is divided by
     /// it, up to the rounding of `placed_per_shaded`.
     pub refinement: f32,
+    /// Number of subsets of the lights with which some pixel is shaded in some pass.
+    pub subsets: u32,
     /// Emitted photon paths.
     pub photon_paths: u32,
     /// Importon paths.
     pub importon_paths: u32,
-    /// Placed lights per light that a pass sums. The others represent their part of the flux, but
+    /// Placed lights per light that some pass sums. The others represent their part of the flux, but
     /// are not evaluated.
     pub placed_per_shaded: u32,
     /// Lights that are placed.
@@ -71,16 +81,18 @@ impl PassGroup {
 
     fn new(method: &ManyLight, passes: Range<u32>, refinement: f32) -> Self {
         let count = passes.len() as u32;
-        let shaded = u64::from(method.light_count) * u64::from(count);
+        let subsets = count.max(method.interleaving.pow(2));
+        let shaded = u64::from(method.light_count) * u64::from(subsets);
         let most = (u64::from(MAX_REFINED_LIGHTS) / shaded.max(1)).max(1);
         let placed_per_shaded = (refinement.round() as u32).min(most as u32);
         PassGroup {
             passes,
             refinement,
+            subsets,
             photon_paths: method.photon_paths * count,
             importon_paths: method.importon_paths * count,
             placed_per_shaded,
-            placed_lights: method.light_count * count * placed_per_shaded,
+            placed_lights: method.light_count * subsets * placed_per_shaded,
             neighbors: (method.neighbors as f32 / refinement) as u32,
         }
     }
@@ -113,50 +125,69 @@ pub(super) struct GroupContext<'a, 's> {
     pub(super) run: PassContext<'a>,
 }
 
-/// The division of a group's lights among its passes.
+/// The division of a group's lights among its passes and the pixels of a pattern.
 #[derive(Clone, Debug)]
 pub(super) struct LightSubsets {
-    passes: Range<u32>,
+    /// The first pass of the group.
+    start: u32,
+    /// Edge of the pattern in pixels.
+    interleaving: u32,
+    /// Number of subsets with which some pixel is shaded in some pass.
+    shaded: u32,
     /// Number of subsets; some may belong to no pass.
     pub(super) count: u32,
-    /// The subset of the first pass. It is random, so that the mean over passes that end in
-    /// mid-group is right.
+    /// The subset of the first pixel in the first pass. It is random, so that the mean over passes
+    /// that end in mid-group is right.
     first: u32,
 }
 
 impl LightSubsets {
     /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are
-    /// fewer lights than were asked for, and some passes share a subset.
+    /// fewer lights than were asked for, and some passes or pixels share a subset.
     pub(super) fn divide(cx: &GroupContext, lights: usize) -> Self {
         let GroupContext { method, group, .. } = *cx;
-        let passes = group.passes.len() as u32;
+        let shaded = group.subsets;
         let count = match method.strategy {
             Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1,
             Strategy::All => {
                 let is_enough = |count: &u32| lights <= (method.light_count * count) as usize;
-                let fewest = (0..=passes.ilog2()).map(|log| 1 << log).find(is_enough);
+                let fewest = (0..=shaded.ilog2()).map(|log| 1 << log).find(is_enough);
                 let by_size = lights.div_ceil(method.light_count as usize) as u32;
-                fewest.unwrap_or(by_size.clamp(passes, passes * group.placed_per_shaded))
+                fewest.unwrap_or(by_size.clamp(shaded, shaded * group.placed_per_shaded))
             }
         };
         let u = cx.run.pass.sampler(Stream::Selection, 1).next_1d();
         LightSubsets {
-            passes: group.passes.clone(),
+            start: group.passes.start,
+            interleaving: method.interleaving,
+            shaded,
             count,
             first: (u * count as f32) as u32,
         }
     }
 
-    /// The lights of pass `index`.
-    pub(super) fn of_pass(&self, index: u32) -> Subset {
-        let k = self.first + (index - self.passes.start);
+    /// The lights of `pixel` in pass `index`.
+    pub(super) fn of_pixel(&self, index: u32, pixel: UVec2) -> Subset {
+        let place = place_in_pattern(pixel, self.interleaving);
+        let ahead = place * (self.shaded / self.interleaving.pow(2));
+        let k = self.first + (index - self.start + ahead) % self.shaded;
         Subset::ALL.part(k % self.count, self.count)
     }
 
     /// Whether some pass shades with light `k`.
     pub(super) fn is_shaded(&self, k: usize) -> bool {
-        (k as u32 + self.count - self.first) % self.count < self.passes.len() as u32
+        (k as u32 + self.count - self.first) % self.count < self.shaded
     }
+}
+
+/// The place of a pixel in the order of a pattern of `edge` x `edge` pixels, `edge` a power of two:
+/// Bayer's matrix, in which pixels that follow each other lie far apart.
+fn place_in_pattern(pixel: UVec2, edge: u32) -> u32 {
+    let levels = edge.ilog2();
+    (0..levels).fold(0, |place, level| {
+        let (x, y) = (pixel.x >> level & 1, pixel.y >> level & 1);
+        place | ((x ^ y) << 1 | y) << (2 * (levels - 1 - level))
+    })
 }
 
 #[cfg(test)]
@@ -185,5 +216,38 @@ mod tests {
             ..method
         };
         assert_eq!(large.pass_group(11).passes, 11..12);
+    }
+
+    #[test]
+    fn the_pixels_of_a_pattern_have_different_lights_and_all_of_them_in_a_group() {
+        for (interleaving, passes) in [(1, 8), (2, 1), (2, 2), (2, 8), (4, 1), (4, 8)] {
+            let pattern = interleaving * interleaving;
+            let shaded = pattern.max(passes);
+            let subsets = LightSubsets {
+                start: 8,
+                interleaving,
+                shaded,
+                count: shaded,
+                first: shaded / 2,
+            };
+            let of_pixel = |pass: u32, k: u32| {
+                let pixel = UVec2::new(k % interleaving + 8, k / interleaving + 4);
+                subsets.of_pixel(8 + pass, pixel)
+            };
+            let distinct = |all: &mut Vec<Subset>| {
+                all.sort();
+                all.dedup();
+                all.len() as u32
+            };
+            for pass in 0..passes {
+                let mut of_pass = (0..pattern).map(|k| of_pixel(pass, k)).collect();
+                assert_eq!(distinct(&mut of_pass), pattern);
+            }
+            for k in 0..pattern {
+                let mut of_passes = (0..passes).map(|pass| of_pixel(pass, k)).collect();
+                assert_eq!(distinct(&mut of_passes), passes);
+            }
+            assert!((0..64).all(|k| subsets.is_shaded(k)));
+        }
     }
 }

@@ -18,7 +18,7 @@ use super::direction::{Sampling, emission_fraction, in_order_of_material};
 use super::gather_point::{GatherPath, GatherPoint, TileGather};
 use super::paths::{EMISSION_PATHS, PathPart, PathState};
 use super::trace::PHOTON_NEIGHBORS;
-use super::{PreparedPasses, chain, direction, prefix};
+use super::{ManyLight, PreparedPasses, chain, direction, prefix};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
@@ -35,9 +35,10 @@ use crate::stats::Stats;
 use crate::transport::stream::{PacketShader, Walks, shade_packets};
 
 /// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in
-/// each pass leave no borders in the mean.
-pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
-    let shift = match strategy {
+/// each pass leave no borders in the mean. With interleaved lights, a tile has 64 pixels for each
+/// subset of the lights, so that blocks of shadow rays are full.
+pub(super) fn tiling(method: &ManyLight, pass: Pass) -> Tiling {
+    let shift = match method.strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
         Strategy::Cuts(_) => {
             let u = pass.low_discrepancy_2d(Stream::Selection, 4);
@@ -45,8 +46,8 @@ pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
         }
     };
     Tiling {
+        edge: TILE_SIZE * method.interleaving,
         shift,
-        ..Tiling::UNSHIFTED
     }
 }
 
