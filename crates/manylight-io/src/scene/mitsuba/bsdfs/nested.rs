@@ -93,12 +93,13 @@ impl DescBuilder<'_> {
             | Material::Conductor { .. }
             | Material::Plastic { .. }
             | Material::Phong { .. }
-            | Material::Ward { .. } => false,
+            | Material::Ward { .. }
+            | Material::Substrate { .. } => false,
         }
     }
 
     pub(super) fn bump_map(&mut self, props: &Props<'_>) -> Material {
-        props.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        self.check_invalid_normals(props);
         let inner = self.inner(props);
         let scale = props.float("scale", 1.0);
         let Some(texture) = props.single(PluginFamily::Texture) else {
@@ -113,6 +114,15 @@ impl DescBuilder<'_> {
                 inner,
             },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+
+    /// Warns about other treatments of normals than the default.
+    fn check_invalid_normals(&self, props: &Props<'_>) {
+        for name in ["flip_invalid_normals", "use_shadowing_function"] {
+            if !props.boolean(name, true) {
+                self.warn_feature(props, name, "is always true here");
+            }
         }
     }
 
@@ -131,7 +141,7 @@ impl DescBuilder<'_> {
     }
 
     pub(super) fn normal_map(&mut self, props: &Props<'_>) -> Material {
-        props.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        self.check_invalid_normals(props);
         let inner = self.inner(props);
         // Version 3 requires the parameter name `normalmap`; 0.x accepts any nested texture.
         let texture = match props.get("normalmap").map(|param| &param.value) {
