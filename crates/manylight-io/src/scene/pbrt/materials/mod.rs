@@ -2,12 +2,14 @@
 
 mod conductors;
 mod roughness;
+mod sums;
 mod v3;
 
 use super::super::assets::Channel;
 use super::super::description::{Additions, WHITE, add_two_sided, bitmap, flip_v, scaled};
 use super::super::parameters::{Numbers, Parameters, unresolved};
 use super::super::sink::{Problem, Text};
+use super::bindings::{NameSpace, Place};
 use super::builder::Builder;
 use super::colors::ColorUse;
 use super::entities::{Entity, MaterialRef};
@@ -56,12 +58,16 @@ impl Builder<'_> {
         match material {
             MaterialRef::Default => self.diffuse_default(),
             MaterialRef::Index(index) => self.made.materials[*index],
-            MaterialRef::Named(name) => self.named_material(name),
+            MaterialRef::Named(name, place) => self.named_material(name, *place),
         }
     }
 
-    fn named_material(&mut self, name: &Text) -> MaterialId {
-        if let Some(material) = self.made.named_materials.get(&name.value) {
+    /// The material that `name` has at `place`.
+    fn named_material(&mut self, name: &Text, place: Place) -> MaterialId {
+        let known = &self.made.material_names;
+        let index = self.definition(NameSpace::Material, name, place, known);
+        let found = index.and_then(|index| self.made.named_materials.get(index));
+        if let Some(Some(material)) = found {
             return *material;
         }
         // Old files name the absence of a material in this way.
@@ -69,7 +75,7 @@ impl Builder<'_> {
             return self.clear();
         }
         let message = format!("no material has the name `{}`", name.value);
-        let known = self.made.named_materials.keys().map(String::as_str);
+        let known = known.keys().map(String::as_str);
         self.sink.error(unresolved(name, message, known));
         self.diffuse_default()
     }
@@ -257,15 +263,13 @@ impl Builder<'_> {
             ([names.first().cloned(), names.last().cloned()], false)
         };
         let [first, second] = names.map(|name| match name {
-            Some(name) => self.named_material(&name),
+            Some(name) => self.named_material(&name, entity.place),
             None => self.diffuse_default(),
         });
+        if amount_of_first || self.is_v3 {
+            return self.v3_mix(entity, first, second);
+        }
         let weight = self.float_input(entity, "amount", 0.5);
-        let (first, second) = if amount_of_first {
-            (second, first)
-        } else {
-            (first, second)
-        };
         self.blend(weight, first, second)
     }
 

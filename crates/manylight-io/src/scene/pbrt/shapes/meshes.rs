@@ -5,7 +5,7 @@ use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
 use super::super::entities::ShapeEntity;
 use super::super::transforms::mirrors;
-use super::tessellation::{Geometry, append, grid};
+use super::tessellation::{Elements, Geometry, append, grid};
 use crate::mesh::MeshFormat;
 use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
@@ -18,7 +18,7 @@ impl Builder<'_> {
         let params = &shape.entity.params;
         params.ignore(&["faceIndices", "S", "edgelength"]);
         let mesh = self.triangle_list(shape)?;
-        self.add_mesh(shape, mesh)
+        self.add_mesh(shape, mesh, Elements::Triangles)
     }
 
     /// Vertices and triangles.
@@ -121,6 +121,7 @@ impl Builder<'_> {
             shape,
             world_from_object,
             is_reversed: false,
+            elements: Elements::Triangles,
         })
     }
 
@@ -137,14 +138,16 @@ impl Builder<'_> {
         let patches = self.elements::<4>(shape, vertices.positions.len())?;
         let mut mesh = Mesh::default();
         let has_normals = !vertices.normals.is_empty();
+        let mut runs = Vec::with_capacity(patches.len());
         for patch in patches {
             let piece = patch_mesh(&vertices, patch);
+            runs.push(piece.triangles.len() as u32);
             append(&mut mesh, piece);
         }
         if !has_normals {
             mesh.normals = Vec::new();
         }
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Runs(runs))
     }
 
     pub(super) fn height_field(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
@@ -164,7 +167,7 @@ impl Builder<'_> {
             (Vec3::new(u, v, z), Vec3::Z)
         });
         mesh.normals = Vec::new();
-        self.add_mesh(shape, mesh)
+        self.add_mesh(shape, mesh, Elements::Triangles)
     }
 }
 

@@ -6,7 +6,7 @@
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
 use super::super::entities::ShapeEntity;
-use super::tessellation::Geometry;
+use super::tessellation::{Elements, Geometry};
 use manylight::geometry::Mesh;
 use manylight::math::Vec3;
 use std::collections::HashMap;
@@ -56,7 +56,7 @@ impl Builder<'_> {
         for _ in 0..levels {
             control = control.subdivided();
         }
-        self.add_tessellated(shape, control.limit())
+        self.add_tessellated(shape, control.limit(), Elements::Triangles)
     }
 }
 

@@ -10,6 +10,26 @@ pub(super) struct Geometry {
     pub(super) world_from_object: Affine3A,
     /// Whether the normals of the core point to the other side than those of PBRT.
     pub(super) is_reversed: bool,
+    /// The shapes that PBRT makes of it.
+    pub(super) elements: Elements,
+}
+
+/// The shapes that PBRT makes of a geometry; each of them emits the power of an area light.
+#[derive(Clone, Debug)]
+pub(in super::super) enum Elements {
+    /// One shape.
+    Whole,
+    /// A shape for each triangle.
+    Triangles,
+    /// Shapes of so many successive triangles each.
+    Runs(Vec<u32>),
+    /// Runs of as many triangles, whose power is this factor of that of the light.
+    Equal {
+        /// Triangles of a run.
+        triangles: usize,
+        /// Factor of the power.
+        power: f32,
+    },
 }
 
 /// Appends a mesh.
