@@ -294,18 +294,23 @@ impl DescBuilder<'_> {
         self.desc.add(Emitter::Constant { radiance });
     }
 
+    /// Warns about a scale in the transform of an environment.
+    pub(super) fn check_unscaled(&self, props: &Props<'_>, to_world: DMat4) {
+        if similarity_scale(to_world).is_none_or(|scale| (scale.abs() - 1.0).abs() > UNSCALED) {
+            let object = props.describe();
+            let message = format!(
+                "a scale in `to_world` of {object} has no effect here; in Mitsuba it distorts the map"
+            );
+            props.unsupported(format!("scale of {object}"), message);
+        }
+    }
+
     fn environment_map(&mut self, props: &Props<'_>) {
         props.ignore(&["cache", "gamma"]);
         let scale = props.float("scale", 1.0);
         let to_world = props.to_world();
         let world_from_emitter = rotation(to_world);
-        if similarity_scale(to_world).is_none_or(|scale| (scale.abs() - 1.0).abs() > UNSCALED) {
-            let message = format!(
-                "a scale in `to_world` of {} has no effect here; in Mitsuba it distorts the map",
-                props.describe()
-            );
-            props.unsupported("scaled environment map", message);
-        }
+        self.check_unscaled(props, to_world);
         let Some(name) = props.required_string("filename") else {
             return;
         };
@@ -351,30 +356,19 @@ fn has_orthogonal_axes(matrix: DMat4) -> bool {
         .all(|cos| cos.abs() < UNSCALED)
 }
 
-/// Enlarges a map to at least 2 x 3 texels, as Mitsuba does by Lanczos' filter. Of two rows, the
-/// outer ones become an extrapolation and the middle one the mean.
+/// Enlarges a map to at least 2 x 3 texels, each with the value of the nearest one, as Mitsuba does.
+/// Of two rows, the lower one becomes two.
 fn enlarge(image: &mut Image) {
-    /// Weight of the nearer row. Source: `Bitmap.resample` of Mitsuba 3.9.1.
-    const NEAR: f32 = 1.071_525_6;
     if image.width == 1 {
         let texels = image.data.chunks_exact(image.channels.max(1));
         image.data = texels.flat_map(|texel| texel.repeat(2)).collect();
         image.width = 2;
     }
-    let row = image.width * image.channels;
     match image.height {
         1 => image.data = image.data.repeat(3),
-        2 => {
-            let (first, last) = image.data.split_at(row);
-            let mixed = |near: f32| {
-                let pairs = first.iter().zip(last);
-                pairs.map(move |(a, b)| (a * near + b * (1.0 - near)).max(0.0))
-            };
-            image.data = mixed(NEAR)
-                .chain(mixed(0.5))
-                .chain(mixed(1.0 - NEAR))
-                .collect();
-        }
+        2 => image
+            .data
+            .extend_from_within(image.width * image.channels..),
         _ => return,
     }
     image.height = 3;

@@ -41,6 +41,7 @@ impl DescBuilder<'_> {
     pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: SkyParts) {
         let defaults = SunSky::default();
         let to_world = props.to_world();
+        self.check_unscaled(props, to_world);
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         let (frame, scale) = if props.is_v0() {
             (to_world * z_up, props.float("scale", 1.0))

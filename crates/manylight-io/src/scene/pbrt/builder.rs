@@ -15,7 +15,7 @@ use manylight::math::Affine3A;
 use manylight::scene::{PrimitiveDesc, SceneDesc};
 use manylight::texture::ColorInput;
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// Bytes of tessellated surfaces from the bytes of the files. Paraboloids, the largest for their
@@ -47,6 +47,8 @@ pub(super) struct Made {
     /// In the order of the `Material` directives.
     pub(super) materials: Vec<MaterialId>,
     pub(super) default_material: Option<MaterialId>,
+    /// Materials that depend on texture coordinates.
+    pub(super) textured: HashSet<MaterialId>,
     /// Materials behind opacities of shapes.
     pub(super) masks: HashMap<(MaterialId, String), MaterialId>,
     /// The whole disk.
@@ -76,6 +78,8 @@ pub(super) struct Builder<'a> {
     pub(super) curves: Option<PendingCurves>,
     /// The definitions of names, by the rules of PBRT v3.
     pub(super) bindings: Bindings,
+    /// Number of uses of textures so far.
+    pub(super) texture_uses: Cell<usize>,
     pub(super) shape_names: ShapeNames,
     /// Meshes of surfaces that the files describe by some numbers.
     pub(super) tessellated: Growth,
@@ -98,6 +102,7 @@ impl<'a> Builder<'a> {
             assets: Assets::default(),
             made: Made::default(),
             curves: None,
+            texture_uses: Cell::new(0),
             shape_names: ShapeNames::default(),
             tessellated: Growth::new(text_bytes, TESSELLATED),
             finely_subdivided: 0,
@@ -144,6 +149,11 @@ impl<'a> Builder<'a> {
         let message = format!("the {what} `{}` is defined twice", name.value);
         self.sink
             .error_at("scene::duplicate_id", name.span, message);
+    }
+
+    /// Notes that the declaration that is being read uses a texture.
+    pub(super) fn note_texture(&self) {
+        self.texture_uses.set(self.texture_uses.get() + 1);
     }
 
     /// How the color of a light is meant.

@@ -15,6 +15,7 @@ mod builder;
 mod cameras;
 mod colors;
 mod directives;
+mod elements;
 mod entities;
 mod film;
 mod interpreter;

@@ -503,3 +503,19 @@ fn opacity_scales_the_emission_of_a_surface() {
     ));
     assert!(matches!(desc.materials[back.index()], Material::Null));
 }
+
+#[test]
+fn textured_triangles_without_coordinates_have_those_of_pbrt() {
+    let quad = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ] \"integer indices\" [ 0 1 2 0 2 3 ]";
+    let texture = "Texture \"t\" \"spectrum\" \"checkerboard\" ";
+    let desc = load(&format!(
+        "{texture} Material \"diffuse\" {quad} Material \"diffuse\" \"texture reflectance\" \"t\" {quad}"
+    ));
+    // Materials without textures do not need any.
+    assert!(mesh(&desc, 0).uvs.is_empty());
+    let textured = mesh(&desc, 1);
+    assert_eq!(textured.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(textured.positions[4], Vec3::new(1.0, 1.0, 0.0));
+    let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE];
+    assert_eq!(textured.uvs, [uvs, uvs].concat());
+}

@@ -119,10 +119,16 @@ impl DescBuilder<'_> {
 
     /// Warns about other treatments of normals than the default.
     fn check_invalid_normals(&self, props: &Props<'_>) {
-        for name in ["flip_invalid_normals", "use_shadowing_function"] {
-            if !props.boolean(name, true) {
-                self.warn_feature(props, name, "is always true here");
-            }
+        let names = ["flip_invalid_normals", "use_shadowing_function"];
+        let off: Vec<String> = names
+            .iter()
+            .filter(|name| !props.boolean(name, true))
+            .map(|name| format!("`{name}`"))
+            .collect();
+        if !off.is_empty() {
+            let (names, object) = (off.join(" and "), props.describe());
+            let message = format!("{names} of {object} cannot be false here; true is used");
+            props.unsupported(format!("normals of {object}"), message);
         }
     }
 

@@ -4,7 +4,7 @@
 //! triangle of a triangle mesh, a patch of a bilinear mesh.
 
 use super::super::super::description::{Additions, product};
-use super::super::shapes::Elements;
+use super::super::elements::Elements;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};

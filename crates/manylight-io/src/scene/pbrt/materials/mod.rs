@@ -68,6 +68,9 @@ impl Builder<'_> {
         let index = self.definition(NameSpace::Material, name, place, known);
         let found = index.and_then(|index| self.made.named_materials.get(index));
         if let Some(Some(material)) = found {
+            if self.made.textured.contains(material) {
+                self.note_texture();
+            }
             return *material;
         }
         // Old files name the absence of a material in this way.
@@ -97,6 +100,7 @@ impl Builder<'_> {
 
     /// Adds a material: the plugin `kind` with the parameters of `entity`.
     pub(super) fn material(&mut self, entity: &Entity<'_>, kind: &Text) -> MaterialId {
+        let uses = self.texture_uses.get();
         let material = match kind.value.as_str() {
             "diffuse" => {
                 let reflectance = self.reflectance(entity, "reflectance", 0.5);
@@ -136,6 +140,9 @@ impl Builder<'_> {
         };
         let material = self.with_relief(entity, material);
         entity.params.finish(self.is_v3);
+        if self.texture_uses.get() != uses {
+            self.made.textured.insert(material);
+        }
         material
     }
 
@@ -342,6 +349,7 @@ impl Builder<'_> {
         let path = entity.find_file(name, "normal map")?;
         let map = bitmap(Filtering::Bilinear, [Wrap::Repeat; 2], flip_v());
         let texture = self.desc.add(map);
+        self.note_texture();
         self.assets
             .add_texture_image(texture, path, Transfer::Raw, Channel::All, name.span);
         Some(texture)

@@ -10,6 +10,7 @@ use super::super::description::{Additions, add_front_alone, faded_radiance};
 use super::super::parameters::Parameters;
 use super::super::sink::Problem;
 use super::builder::Builder;
+use super::elements::Elements;
 use super::entities::ShapeEntity;
 use super::lights::{AreaLight, EmittingSurface};
 use super::transforms::mirrors;
@@ -20,7 +21,6 @@ use manylight::ids::MaterialId;
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::{PrimitiveDesc, SceneDesc};
 use manylight::texture::FloatInput;
-pub(super) use tessellation::Elements;
 use tessellation::Geometry;
 
 pub(super) const SUPPORTED: &[&str] = &[

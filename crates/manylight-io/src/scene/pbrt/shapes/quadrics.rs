@@ -4,10 +4,11 @@
 use super::super::super::description::{Additions, add};
 use super::super::super::parameters::{Numbers, Parameters};
 use super::super::builder::Builder;
+use super::super::elements::Elements;
 use super::super::entities::{MaterialRef, ShapeEntity};
 use super::super::param_types::ParamType;
 use super::super::transforms::mirrors;
-use super::tessellation::{Elements, Geometry, grid};
+use super::tessellation::{Geometry, grid};
 use manylight::geometry::{Mesh, Shape};
 use manylight::math::{Affine3A, Vec3};
 use std::f32::consts::TAU;

@@ -5,8 +5,9 @@
 
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
+use super::super::elements::Elements;
 use super::super::entities::ShapeEntity;
-use super::tessellation::{Elements, Geometry};
+use super::tessellation::Geometry;
 use manylight::geometry::Mesh;
 use manylight::math::Vec3;
 use std::collections::HashMap;

@@ -1,5 +1,6 @@
 //! The geometry of shapes, and meshes of parametric surfaces.
 
+use super::super::elements::Elements;
 use manylight::geometry::Mesh;
 use manylight::ids::ShapeId;
 use manylight::math::{Affine3A, Vec2, Vec3};
@@ -12,24 +13,6 @@ pub(super) struct Geometry {
     pub(super) is_reversed: bool,
     /// The shapes that PBRT makes of it.
     pub(super) elements: Elements,
-}
-
-/// The shapes that PBRT makes of a geometry; each of them emits the power of an area light.
-#[derive(Clone, Debug)]
-pub(in super::super) enum Elements {
-    /// One shape.
-    Whole,
-    /// A shape for each triangle.
-    Triangles,
-    /// Shapes of so many successive triangles each.
-    Runs(Vec<u32>),
-    /// Runs of as many triangles, whose power is this factor of that of the light.
-    Equal {
-        /// Triangles of a run.
-        triangles: usize,
-        /// Factor of the power.
-        power: f32,
-    },
 }
 
 /// Appends a mesh.

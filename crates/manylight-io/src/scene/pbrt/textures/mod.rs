@@ -263,6 +263,9 @@ impl Builder<'_> {
                 problem
             });
         }
+        if let Some(ColorInput::Texture(_)) = texture {
+            self.note_texture();
+        }
         texture.copied()
     }
 
