@@ -139,7 +139,7 @@ impl<'a> Interpreter<'a> {
     fn plain(&mut self, directive: &Text, depth: usize) {
         match directive.value.as_str() {
             "WorldBegin" => self.begin_world(directive),
-            "WorldEnd" => {}
+            "WorldEnd" => self.entities.has_world_end = true,
             "Identity" => self.state.transform(directive, &[], self.sink),
             "ReverseOrientation" => {
                 self.state.reverse_orientation = !self.state.reverse_orientation

@@ -218,7 +218,8 @@ impl Builder<'_> {
     }
 }
 
-/// Whether a scene uses names that only PBRT v3 has.
+/// Whether a scene is one of PBRT v3: by names that only PBRT v3 has, or by an end of the world
+/// without names of PBRT v4.
 fn is_v3(entities: &Entities<'_>) -> bool {
     let plugin = |entity: &Option<Entity<'_>>, names: &[&str]| {
         let name = entity
@@ -228,19 +229,24 @@ fn is_v3(entities: &Entities<'_>) -> bool {
     };
     let old_samplers = ["02sequence", "lowdiscrepancy", "maxmindist", "random"];
     let named = entities.named_materials.iter().map(|named| &named.value);
-    let kinds = named.filter_map(|entity| entity.params.kind());
-    let kinds = kinds.chain(
-        entities
-            .materials
-            .iter()
-            .map(|m| m.params.plugin.value.as_str()),
-    );
+    let kinds: Vec<&str> = named
+        .filter_map(|entity| entity.params.kind())
+        .chain(
+            entities
+                .materials
+                .iter()
+                .map(|material| material.params.plugin.value.as_str()),
+        )
+        .collect();
+    let has_new_names = plugin(&entities.film, film::FILMS)
+        || kinds.iter().any(|kind| materials::is_v4_material(kind));
     plugin(&entities.film, &["image"])
         || plugin(&entities.sampler, &old_samplers)
         || plugin(&entities.integrator, &["directlighting", "whitted"])
-        || kinds.into_iter().any(materials::is_v3_material)
+        || kinds.iter().any(|kind| materials::is_v3_material(kind))
         || entities
             .lights
             .iter()
             .any(|light| light.params.has("mapname"))
+        || entities.has_world_end && !has_new_names
 }

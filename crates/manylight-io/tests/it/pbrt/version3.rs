@@ -437,3 +437,25 @@ fn disney_surfaces_may_be_thin() {
     };
     assert_eq!(thin.diff_trans, FloatInput::Constant(1.2));
 }
+
+#[test]
+fn a_world_that_ends_is_one_of_version_3() {
+    // Spots tell the versions apart.
+    let falloff = |text: &str| {
+        let text = format!("{text} LightSource \"spot\" WorldEnd");
+        let desc = PbrtFiles::new(text.as_bytes(), &[]).load().desc;
+        match desc.emitters.last() {
+            Some(Emitter::Spot { falloff, .. }) => *falloff,
+            other => panic!("{other:?}"),
+        }
+    };
+    let camera = "Camera \"perspective\"";
+    assert_eq!(
+        falloff(&format!("{camera} WorldBegin")),
+        SpotFalloff::QuarticCosine
+    );
+    assert_eq!(
+        falloff(&format!("{camera} Film \"rgb\" WorldBegin")),
+        SpotFalloff::SmoothCosine
+    );
+}

@@ -41,6 +41,11 @@ const SUBSTITUTES: [(&str, &str); 3] = [
     ("subsurface", "it is replaced by `coateddiffuse`"),
 ];
 
+/// Whether only PBRT v4 has a material with this name.
+pub(super) fn is_v4_material(name: &str) -> bool {
+    name != "mix" && SUPPORTED.contains(&name)
+}
+
 impl Builder<'_> {
     /// A material that scatters on both sides.
     fn both_sides(&mut self, material: Material) -> MaterialId {
