@@ -243,7 +243,7 @@ fn other_treatments_of_bumps_warn() {
     assert_eq!(
         crate::problems("3.0.0", bump),
         [
-            "warning 2:12 `use_shadowing_function` of bsdf `bumpmap` cannot be false here; true is used"
+            "warning 2:13 `use_shadowing_function` of bsdf `bumpmap` cannot be false here; true is used"
         ]
     );
 }
