@@ -21,8 +21,8 @@ pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
 }
 
 /// Coefficients of the powers of the cosine in [`limb_darkening`], for each channel. Source: the
-/// `complex_sun` of Mitsuba 3.9.1 over its uniform sun, at 60 places of the disc for an elevation of 50
-/// degrees and turbidity 3, within 10⁻⁴; within 0.012 at 10 degrees.
+/// `complex_sun` of Mitsuba 3.9.1 over its uniform sun, at 60 places of the disc for an elevation
+/// of 50 degrees and turbidity 3, within 10⁻⁴; within 0.012 at 10 degrees.
 const LIMB: [[f32; 6]; 3] = [
     [0.400_35, 1.648_48, -2.381_43, 3.200_5, -2.372_95, 0.710_62],
     [0.316_82, 1.675_55, -1.881_25, 2.209_73, -1.478_07, 0.408_17],

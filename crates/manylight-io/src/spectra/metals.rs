@@ -19,12 +19,12 @@ pub fn metal_names() -> impl Iterator<Item = &'static str> {
     METALS.iter().map(|&(name, ..)| name).chain(["none"])
 }
 
-/// Value of eta in place of 0, at which the reflectance at normal incidence is not defined if k is 0,
-/// too. It is 0.996 with this value, as it is 1 at all other angles.
+/// Value of eta in place of 0, at which the reflectance at normal incidence is not defined if k is
+/// 0, too. It is 0.996 with this value, as it is 1 at all other angles.
 const MIN_ETA: f32 = 1e-3;
 
-/// Name, eta, k. Source: the measured spectra shipped with Mitsuba 3.9.1, which are those of the SOPRA
-/// library and of Palik's handbook, as the colors into which Mitsuba converts them.
+/// Name, eta, k. Source: the measured spectra shipped with Mitsuba 3.9.1, whose documentation names
+/// the Luxpop database and Palik's handbook, as the colors into which Mitsuba converts them.
 const METALS: [(&str, [f32; 3], [f32; 3]); 71] = [
     (
         "a-C",

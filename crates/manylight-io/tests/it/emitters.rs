@@ -1,5 +1,5 @@
-//! Transforms of emitters, spectra of emitters, small maps, and the working directory. The numbers are
-//! those of Mitsuba 3.9.1.
+//! Transforms of emitters, spectra of emitters, small maps, and the working directory. The numbers
+//! are those of Mitsuba 3.9.1.
 
 use crate::{Files, document, load};
 use manylight::color::Rgb;
@@ -52,8 +52,8 @@ fn nothing_is_visible_at_depth_0() {
 
 #[test]
 fn a_scale_deforms_the_cone_of_a_spot() {
-    // What `sample_direction` returns for a spot at the origin and a point p, for `scale x='3'` with a
-    // cone of 20 degrees, and for `scale z='2'`.
+    // What `sample_direction` returns for a spot at the origin and a point p, for `scale x='3'`
+    // with a cone of 20 degrees, and for `scale z='2'`.
     let cases = [
         ("x='3'", [0.3, 0.0, 2.0], 0.244_499),
         ("x='3'", [1.7, 0.0, 2.0], 0.121_358),

@@ -356,8 +356,8 @@ fn has_orthogonal_axes(matrix: DMat4) -> bool {
         .all(|cos| cos.abs() < UNSCALED)
 }
 
-/// Enlarges a map to at least 2 x 3 texels, each with the value of the nearest one, as Mitsuba does.
-/// Of two rows, the lower one becomes two.
+/// Enlarges a map to at least 2 x 3 texels, each with the value of the nearest one, as Mitsuba
+/// does. Of two rows, the lower one becomes two.
 fn enlarge(image: &mut Image) {
     if image.width == 1 {
         let texels = image.data.chunks_exact(image.channels.max(1));

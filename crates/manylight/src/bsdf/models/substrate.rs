@@ -1,8 +1,8 @@
 //! A diffuse base under microfacets, of which each gets what the other one leaves: the model of
 //! Ashikhmin and Shirley with the distributions of `microfacet`, as PBRT v3's `substrate`.
 //!
-//! Source: Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000; Pharr, Jakob and Humphreys,
-//! "Physically Based Rendering", 3rd edition, section 8.5.
+//! Source: Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000; Pharr, Jakob and
+//! Humphreys, "Physically Based Rendering", 3rd edition, section 8.5.
 
 use super::fresnel::reflect;
 use super::microfacet::Microfacets;

@@ -195,8 +195,8 @@ impl Builder<'_> {
     }
 }
 
-/// Gives a mesh without texture coordinates those of PBRT: (0, 0), (1, 0) and (1, 1) at the corners of
-/// every triangle, which gets its own vertices.
+/// Gives a mesh without texture coordinates those of PBRT: (0, 0), (1, 0) and (1, 1) at the corners
+/// of every triangle, which gets its own vertices.
 fn add_coordinates(mesh: &mut Mesh) {
     if !mesh.uvs.is_empty() {
         return;
