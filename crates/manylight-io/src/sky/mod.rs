@@ -1,7 +1,7 @@
 //! Sun and sky as an environment map.
 //!
 //! The sky is the model of Hosek and Wilkie 2012, from the crate `hw-skymodel`. The sun is a
-//! uniform disc with the solar radiance of Hosek and Wilkie 2013. Units and frame are those of
+//! disc with the solar radiance of Hosek and Wilkie 2013. Units and frame are those of
 //! Mitsuba 3's `sunsky`: x south, y west, z up.
 
 mod solar;
@@ -35,6 +35,17 @@ pub struct SunSky {
     pub sky_scale: f32,
     /// Angular diameter of the sun in degrees. The irradiance does not depend on it.
     pub sun_aperture: f32,
+    /// The radiance over the disc of the sun.
+    pub sun_disc: SunDisc,
+}
+
+/// The radiance over the disc of the sun.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SunDisc {
+    /// The mean everywhere.
+    Uniform,
+    /// Less at the limb than in the middle: Mitsuba's `complex_sun`.
+    Darkened,
 }
 
 impl Default for SunSky {
@@ -47,6 +58,7 @@ impl Default for SunSky {
             sun_scale: 1.0,
             sky_scale: 1.0,
             sun_aperture: SUN_DIAMETER,
+            sun_disc: SunDisc::Uniform,
         }
     }
 }
@@ -187,7 +199,13 @@ fn add_sun(image: &mut Image, parameters: &SunSky) {
     let (x, y) = parameters.sun_direction.any_orthonormal_pair();
     for ring in 0..RINGS {
         // Equal solid angles: uniform in the square of the sine of half the angle.
-        let sine = ((ring as f32 + 0.5) / RINGS as f32).sqrt() * (0.5 * half_angle).sin();
+        let fraction = (ring as f32 + 0.5) / RINGS as f32;
+        let sine = fraction.sqrt() * (0.5 * half_angle).sin();
+        let share = match parameters.sun_disc {
+            SunDisc::Uniform => share,
+            // The fraction is the squared sine of the angle on the sun's surface.
+            SunDisc::Darkened => share * solar::limb_darkening((1.0 - fraction).sqrt()),
+        };
         let angle = 2.0 * sine.asin();
         for spoke in 0..SPOKES {
             let turn = (spoke as f32 + 0.5) / SPOKES as f32 * TAU;

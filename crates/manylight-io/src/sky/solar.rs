@@ -20,6 +20,21 @@ pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
     along(row).lerp(along(row + 1), t).map(|v| v.max(0.0))
 }
 
+/// Coefficients of the powers of the cosine in [`limb_darkening`], for each channel. Source: the
+/// `complex_sun` of Mitsuba 3.9.1 over its uniform sun, at 60 places of the disc for an elevation
+/// of 50 degrees and turbidity 3, within 10⁻⁴; within 0.012 at 10 degrees.
+const LIMB: [[f32; 6]; 3] = [
+    [0.400_35, 1.648_48, -2.381_43, 3.200_5, -2.372_95, 0.710_62],
+    [0.316_82, 1.675_55, -1.881_25, 2.209_73, -1.478_07, 0.408_17],
+    [0.207_93, 1.660_08, -1.271_98, 1.364_43, -0.863_58, 0.226_61],
+];
+
+/// Radiance of the disc over its mean, where light leaves the sun at this cosine to its surface.
+pub(super) fn limb_darkening(cos: f32) -> Rgb {
+    let value = |powers: [f32; 6]| powers.iter().rev().fold(0.0, |sum, c| sum * cos + c);
+    Rgb::from(LIMB.map(value))
+}
+
 /// The solar radiance function of Hosek and Wilkie 2013 in linear Rec. 709, as evaluated by Mitsuba
 /// 3: rows for turbidity 1 to 10, columns for elevations from 2 to 89 degrees in steps of 3.
 /// Negative channels are colors of a low sun outside Rec. 709.

@@ -225,3 +225,33 @@ fn parameters_out_of_range_are_clamped() {
             .all(|v| v.is_finite() && *v >= 0.0)
     );
 }
+
+#[test]
+fn the_limb_of_the_sun_agrees_with_mitsuba() {
+    // The `complex_sun` over the uniform one, at these parts of the radius of the disc, for an
+    // elevation of 85 degrees.
+    let cases = [
+        (0.0, [1.2054, 1.2508, 1.3232]),
+        (0.6, [1.0945, 1.1129, 1.141]),
+        (0.9, [0.8572, 0.826, 0.7756]),
+        (0.99, [0.5941, 0.5217, 0.421]),
+    ];
+    for (radius, expected) in cases {
+        let cos = (1.0_f32 - radius * radius).sqrt();
+        assert_near(solar::limb_darkening(cos), expected, 3e-3);
+    }
+    let sun = |sun_disc| {
+        let parameters = SunSky {
+            sky_scale: 0.0,
+            sun_aperture: 30.0,
+            sun_disc,
+            ..elevated(0.8)
+        };
+        bake_sunsky(&parameters, 256)
+    };
+    let (uniform, darkened) = (sun(SunDisc::Uniform), sun(SunDisc::Darkened));
+    let ratio = total(&darkened).zip(total(&uniform), |a, b| a / b);
+    assert_near(ratio, [1.0; 3], 2e-3);
+    let brightest = |image: &Image| image.data.iter().copied().fold(0.0, f32::max);
+    assert!((brightest(&darkened) / brightest(&uniform) - 1.2).abs() < 0.05);
+}

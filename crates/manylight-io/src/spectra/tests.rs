@@ -93,7 +93,7 @@ fn named_materials() {
     );
     assert_eq!(metal("none"), Some((Rgb::BLACK, Rgb::WHITE)));
     assert_eq!(metal("cu"), None);
-    assert_eq!(metal_names().count(), 38);
+    assert_eq!(metal_names().count(), 72);
     assert!(metal_names().all(|name| metal(name).is_some()));
     assert_eq!(dielectric_ior("BK7"), Some(1.5046));
     assert_eq!(dielectric_ior("gold"), None);
@@ -135,4 +135,27 @@ fn spectrum_files() {
         parse("# nothing\n").unwrap_err(),
         "f: expected lines with a wavelength and a value, found none"
     );
+}
+
+#[test]
+fn all_metals_of_mitsuba_are_known() {
+    let names: Vec<&str> = metal_names().collect();
+    assert_eq!(names.len(), 72);
+    // Two values that `mi.load_dict` of Mitsuba 3.9.1 gives.
+    let (eta, k) = metal("Cu_palik").unwrap();
+    assert_near(eta, [0.21323, 0.91972, 1.10241], 1e-4);
+    assert_near(k, [3.92187, 2.45733, 2.13658], 1e-4);
+    let (eta, k) = metal("TiO2-e_palik").unwrap();
+    assert_near(eta, [3.10656, 2.51317, 2.58244], 1e-4);
+    assert_near(k, [0.0; 3], 1e-3);
+    for name in names {
+        let (eta, k) = metal(name).unwrap();
+        assert!(
+            eta.zip(k, |eta, k| eta + k)
+                .to_array()
+                .iter()
+                .all(|sum| *sum > 0.0),
+            "{name}"
+        );
+    }
 }

@@ -165,13 +165,13 @@ fn pixels_that_are_not_finite_are_replaced_with_a_warning() {
     let scene = r#"<scene version="3.0.0"><sensor type="perspective"/>
 <emitter type="envmap"><string name="filename" value="sky.pfm"/></emitter></scene>"#;
     let files = Files::new(scene, &[]);
-    let values = [0.5, f32::NAN, f32::INFINITY, 2.0, 1.0, 1.0];
-    let mut image = b"Pf\n3 2\n-1.0\n".to_vec();
+    let values = [0.5, f32::NAN, f32::INFINITY, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let mut image = b"Pf\n3 3\n-1.0\n".to_vec();
     image.extend(values.iter().flat_map(|v| v.to_le_bytes()));
     std::fs::write(files.scene().with_file_name("sky.pfm"), image).unwrap();
     let loaded = files.load();
     let warnings: Vec<&str> = loaded.warnings.iter().map(|w| w.message()).collect();
-    let expected = "1 values are not numbers and count as 0, 1 are infinite and count as the largest finite value; the first is in column 1 of row 1";
+    let expected = "1 values are not numbers and count as 0, 1 are infinite and count as the largest finite value; the first is in column 1 of row 2";
     assert!(
         warnings.len() == 1 && warnings[0].ends_with(expected),
         "{warnings:?}"
@@ -181,5 +181,5 @@ fn pixels_that_are_not_finite_are_replaced_with_a_warning() {
     };
     // The file starts with the lower row.
     let row = |i: usize| [0, 1, 2].map(|column| environment.image.rgb(column, i).r);
-    assert_eq!([row(0), row(1)], [[2.0, 1.0, 1.0], [0.5, 0.0, 2.0]]);
+    assert_eq!([row(1), row(2)], [[2.0, 1.0, 1.0], [0.5, 0.0, 2.0]]);
 }

@@ -7,6 +7,7 @@
 )]
 
 mod attributes;
+mod emitters;
 mod errors;
 mod exhausting;
 mod gltf;

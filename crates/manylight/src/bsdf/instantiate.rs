@@ -15,6 +15,7 @@ use super::models::principled::{
     Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
 };
 use super::models::rough_diffuse::RoughDiffuse;
+use super::models::substrate::Substrate;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
 use crate::geometry::SurfacePoints;
@@ -105,6 +106,15 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
                 self.color(diffuse_reflectance),
                 self.color(specular_reflectance),
                 Pair::new(self.float(alpha_u), self.float(alpha_v)),
+            )),
+            Material::Substrate {
+                diffuse_reflectance,
+                specular_reflectance,
+                roughness,
+            } => Model::Substrate(Substrate::new(
+                self.color(diffuse_reflectance),
+                self.color(specular_reflectance),
+                self.microfacets(roughness),
             )),
             Material::Principled(p) => Model::Principled(self.principled(p)),
             Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),

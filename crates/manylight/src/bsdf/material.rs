@@ -115,6 +115,15 @@ pub enum Material {
         /// Alpha along v.
         alpha_v: FloatInput,
     },
+    /// A diffuse base under microfacets, as PBRT v3's `substrate`.
+    Substrate {
+        /// Albedo of the base.
+        diffuse_reflectance: ColorInput,
+        /// Reflectance of the microfacets at normal incidence.
+        specular_reflectance: ColorInput,
+        /// Roughness of the microfacets.
+        roughness: Roughness,
+    },
     /// The Disney model, as Mitsuba 3's `principled`.
     Principled(Box<PrincipledMaterial>),
     /// The Disney model of thin surfaces, as Mitsuba 3's `principledthin`. Both sides are alike.
@@ -217,6 +226,11 @@ impl Material {
                 diffuse_reflectance,
                 specular_reflectance,
                 ..
+            }
+            | Material::Substrate {
+                diffuse_reflectance,
+                specular_reflectance,
+                ..
             } => vec![diffuse_reflectance, specular_reflectance],
             Material::Principled(p) => vec![&p.base_color],
             Material::PrincipledThin(p) => vec![&p.base_color],
@@ -239,6 +253,7 @@ impl Material {
                     .flat_map(|r| [&r.alpha_u, &r.alpha_v])
                     .collect()
             }
+            Material::Substrate { roughness, .. } => vec![&roughness.alpha_u, &roughness.alpha_v],
             Material::Phong { exponent, .. } => vec![exponent],
             Material::Ward {
                 alpha_u, alpha_v, ..

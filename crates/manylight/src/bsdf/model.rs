@@ -101,6 +101,7 @@ models! {
     RoughPlastic(plastic::RoughPlastic<'s, S>),
     Phong(phong::Phong<S>),
     Ward(ward::Ward<S>),
+    Substrate(substrate::Substrate<S>),
     Principled(principled::Principled<S>),
     PrincipledThin(principled::PrincipledThin<S>),
 }

@@ -66,15 +66,31 @@ pub enum Emitter {
 }
 
 /// Decrease of the intensity of a spot from 1 at the border of its beam to 0 at its cutoff.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpotFalloff {
     /// Linear in the angle, as in Mitsuba.
     LinearAngle,
-    /// 3t² - 2t³ for a t that is linear in the cosine, as in Blender.
+    /// 3t² - 2t³ for a t that is linear in the cosine, as in Blender and PBRT v4.
     SmoothCosine,
+    /// t⁴ for a t that is linear in the cosine, as in PBRT v3.
+    QuarticCosine,
     /// 1/cos³θ up to the cutoff, whatever the beam: an equal irradiance on planes across the axis,
     /// as of Mitsuba's `projector`.
     FlatIrradiance,
+    /// Linear in the angle to the axis of a cone that a linear map deforms. Cutoff and beam of the
+    /// spot contain that cone.
+    Deformed(DeformedCone),
+}
+
+/// The cone of a spot before a linear map deforms it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeformedCone {
+    /// From the world to the frame in which the cone is round around z. Scales do not matter.
+    pub cone_from_world: Mat3,
+    /// Half-angle of the cone there, in radians.
+    pub cutoff: f32,
+    /// Half-angle of the full intensity there, in radians.
+    pub beam_width: f32,
 }
 
 /// A texture that a spot projects.

@@ -22,7 +22,7 @@ mod receivers;
 #[cfg(test)]
 mod tests;
 
-pub use description::{Emitter, Environment, ProjectorTexture, SpotFalloff};
+pub use description::{DeformedCone, Emitter, Environment, ProjectorTexture, SpotFalloff};
 pub use direct::{DirectSample, DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};

@@ -1,6 +1,6 @@
 //! Radiant intensity of points and spots.
 
-use super::description::{Emitter, ProjectorTexture, SpotFalloff};
+use super::description::{DeformedCone, Emitter, ProjectorTexture, SpotFalloff};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
@@ -34,7 +34,12 @@ impl Emitter {
                 ..
             } => {
                 let angle = direction.dot(w).clamp(-1.0, 1.0).acos();
-                let falloff = intensity * spot_falloff(falloff, angle, cutoff, beam_width);
+                let falloff = intensity
+                    * match falloff {
+                        SpotFalloff::Deformed(cone) if angle < cutoff => cone.falloff(w),
+                        SpotFalloff::Deformed(_) => 0.0,
+                        _ => spot_falloff(falloff, angle, cutoff, beam_width),
+                    };
                 match projector {
                     Some(projector) if !falloff.is_black() => {
                         let across = Vec2::from(projector.axes.map(|axis| axis.dot(w)));
@@ -87,6 +92,20 @@ fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
     Frame::from_normal(axis).to_world(local).normalize()
 }
 
+impl DeformedCone {
+    /// Falloff towards a direction of the world.
+    fn falloff(&self, w: Vec3) -> f32 {
+        let local = (self.cone_from_world * w).normalize_or_zero();
+        let angle = local.z.clamp(-1.0, 1.0).acos();
+        spot_falloff(
+            SpotFalloff::LinearAngle,
+            angle,
+            self.cutoff,
+            self.beam_width,
+        )
+    }
+}
+
 /// Falloff of a spot: 1 up to the beam width, or by the angle alone; 0 beyond the cutoff. Angles in
 /// radians.
 fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) -> f32 {
@@ -99,12 +118,15 @@ fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) 
     } else {
         match falloff {
             SpotFalloff::LinearAngle => (cutoff - angle) / (cutoff - beam_width),
-            SpotFalloff::SmoothCosine => {
+            SpotFalloff::SmoothCosine | SpotFalloff::QuarticCosine => {
                 let t = (angle.cos() - cutoff.cos()) / (beam_width.cos() - cutoff.cos());
                 let t = t.clamp(0.0, 1.0);
-                t * t * (3.0 - 2.0 * t)
+                match falloff {
+                    SpotFalloff::QuarticCosine => t.powi(4),
+                    _ => t * t * (3.0 - 2.0 * t),
+                }
             }
-            SpotFalloff::FlatIrradiance => 0.0,
+            SpotFalloff::FlatIrradiance | SpotFalloff::Deformed(_) => 0.0,
         }
     }
 }

@@ -156,7 +156,8 @@ impl DescBuilder<'_> {
     pub(super) fn spectrum_plugin(&mut self, id: ObjectId, color_use: ColorUse) -> Option<Rgb> {
         let props = self.props(id);
         let color = match props.plugin().value.as_str() {
-            "uniform" => Spectrum::Uniform(props.float("value", 1.0)).to_rgb(color_use),
+            // Unlike `<spectrum value="..."/>` on an emitter, it is no spectrum there.
+            "uniform" => Some(Rgb::splat(props.float("value", 1.0))),
             "d65" => {
                 let color = self.color(&props, "color", 1.0, ColorUse::Emission);
                 Some(color * props.float("scale", 1.0))

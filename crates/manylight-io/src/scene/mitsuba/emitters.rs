@@ -9,18 +9,18 @@ use super::colors::ColorUse;
 use super::family::PluginFamily;
 use super::props::Props;
 use super::skies::SkyParts;
-use super::transforms::rotation;
+use super::transforms::{rotation, similarity_scale};
 use super::values::ObjectId;
-use glam::DVec3;
+use glam::{DMat3, DMat4, DVec3};
 use manylight::color::Rgb;
-use manylight::emitters::{Emitter, Environment, ProjectorTexture, SpotFalloff};
+use manylight::emitters::{DeformedCone, Emitter, Environment, ProjectorTexture, SpotFalloff};
 use manylight::ids::{EmitterId, TextureId};
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec2};
 use manylight::scene::SceneDesc;
 use manylight::sensors::FovAxis;
 use manylight::texture::{ColorInput, Texture};
-use std::f32::consts::{FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 pub(super) const SUPPORTED: &[&str] = &[
     "area",
@@ -147,15 +147,58 @@ impl DescBuilder<'_> {
             |angle| angle >= 0.0,
             "at least 0",
         );
+        let (cutoff, beam_width) = (cutoff.to_radians(), beam_width.min(cutoff).to_radians());
+        let mut spot = Spot {
+            cutoff,
+            beam_width,
+            falloff: SpotFalloff::LinearAngle,
+        };
+        if similarity_scale(to_world).is_none() {
+            spot = self.deformed_spot(props, to_world, spot);
+        }
         self.desc.add(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: to_world.transform_vector3(DVec3::Z).normalize().as_vec3(),
             intensity,
-            cutoff: cutoff.to_radians(),
-            beam_width: beam_width.min(cutoff).to_radians(),
-            falloff: SpotFalloff::LinearAngle,
+            cutoff: spot.cutoff,
+            beam_width: spot.beam_width,
+            falloff: spot.falloff,
             projector: slide,
         });
+    }
+
+    /// The cone of a spot under a transform that changes angles. A texture is not deformed.
+    fn deformed_spot(&self, props: &Props<'_>, to_world: DMat4, spot: Spot) -> Spot {
+        if props.has("texture") {
+            let message = format!(
+                "`to_world` of {} changes angles, which is ignored with a texture",
+                props.describe()
+            );
+            props.unsupported("deformed spot", message);
+            return spot;
+        }
+        let linear = DMat3::from_mat4(to_world);
+        let (sin, cos) = f64::from(spot.cutoff).sin_cos();
+        let axis = linear.z_axis;
+        let rim = (0..RIM_POINTS).map(|i| {
+            let turn = f64::from(i) / f64::from(RIM_POINTS) * std::f64::consts::TAU;
+            let w = DVec3::new(sin * turn.cos(), sin * turn.sin(), cos);
+            axis.angle_between(linear * w)
+        });
+        let widest = rim.fold(0.0, f64::max) * (1.0 + RIM_MARGIN);
+        // Cones beyond the plane across their axis are rare; all directions contain them.
+        let is_narrow = spot.cutoff < FRAC_PI_2 && widest < std::f64::consts::FRAC_PI_2;
+        let cutoff = if is_narrow { widest as f32 } else { PI };
+        let scale = linear.z_axis.length();
+        Spot {
+            cutoff,
+            beam_width: cutoff,
+            falloff: SpotFalloff::Deformed(DeformedCone {
+                cone_from_world: (linear.inverse() * scale).as_mat3(),
+                cutoff: spot.cutoff,
+                beam_width: spot.beam_width,
+            }),
+        }
     }
 
     /// The texture that a spot light projects.
@@ -193,11 +236,23 @@ impl DescBuilder<'_> {
             ColorInput::Constant(color) => self.constant_texture(color),
         };
         let axes = rotation(to_world);
+        // As in Mitsuba, the irradiance grows with the scale along the axis, and the image with
+        // that across it.
+        let [x, y, z] = [to_world.x_axis, to_world.y_axis, to_world.z_axis]
+            .map(|axis| axis.truncate().length() as f32);
+        let stretch = Vec2::new(x, y) / z;
+        if !has_orthogonal_axes(to_world) {
+            let message = format!(
+                "`to_world` of {} shears, which is ignored",
+                props.describe()
+            );
+            props.unsupported("sheared projector", message);
+        }
         let emitter = self.desc.add(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: axes.z_axis,
             // A constant image of value 1 gives the irradiance π at distance 1, as in Mitsuba.
-            intensity: Rgb::splat(PI * scale),
+            intensity: Rgb::splat(PI * scale * z),
             cutoff: FRAC_PI_4,
             beam_width: FRAC_PI_4,
             falloff: SpotFalloff::FlatIrradiance,
@@ -209,7 +264,7 @@ impl DescBuilder<'_> {
             }),
         });
         self.finish.push(Box::new(move |desc: &mut SceneDesc| {
-            fit_projector(desc, (emitter, texture), fov, fov_axis);
+            fit_projector(desc, (emitter, texture), (fov, fov_axis), stretch);
         }));
     }
 
@@ -222,9 +277,14 @@ impl DescBuilder<'_> {
             props.refuse_named("direction", "nonzero");
             return;
         }
+        // As in Mitsuba, the irradiance grows with the scale of `to_world` along the direction.
+        let scale = match props.has("direction") {
+            true => 1.0,
+            false => forward.length() as f32,
+        };
         self.desc.add(Emitter::Directional {
             direction: direction.normalize().as_vec3(),
-            irradiance,
+            irradiance: irradiance * scale,
         });
     }
 
@@ -234,10 +294,23 @@ impl DescBuilder<'_> {
         self.desc.add(Emitter::Constant { radiance });
     }
 
+    /// Warns about a scale in the transform of an environment.
+    pub(super) fn check_unscaled(&self, props: &Props<'_>, to_world: DMat4) {
+        if similarity_scale(to_world).is_none_or(|scale| (scale.abs() - 1.0).abs() > UNSCALED) {
+            let object = props.describe();
+            let message = format!(
+                "a scale in `to_world` of {object} has no effect here; in Mitsuba it distorts the map"
+            );
+            props.unsupported(format!("scale of {object}"), message);
+        }
+    }
+
     fn environment_map(&mut self, props: &Props<'_>) {
         props.ignore(&["cache", "gamma"]);
         let scale = props.float("scale", 1.0);
-        let world_from_emitter = rotation(props.to_world());
+        let to_world = props.to_world();
+        let world_from_emitter = rotation(to_world);
+        self.check_unscaled(props, to_world);
         let Some(name) = props.required_string("filename") else {
             return;
         };
@@ -252,16 +325,62 @@ impl DescBuilder<'_> {
         };
         let emitter = self.desc.add(Emitter::Environment(environment));
         self.assets.add_environment_image(emitter, path, name.span);
+        self.finish.push(Box::new(move |desc: &mut SceneDesc| {
+            if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
+                enlarge(&mut environment.image);
+            }
+        }));
     }
 }
 
+/// The cone of a spot.
+struct Spot {
+    cutoff: f32,
+    beam_width: f32,
+    falloff: SpotFalloff,
+}
+
+/// Points of the rim of a cone among which the widest is searched.
+const RIM_POINTS: i32 = 360;
+/// Relative margin of the widest angle, for the directions between the points.
+const RIM_MARGIN: f64 = 1e-3;
+/// Largest difference of a scale from 1 that counts as rounding.
+const UNSCALED: f64 = 1e-4;
+
+/// Whether the axes of a transform are perpendicular to each other.
+fn has_orthogonal_axes(matrix: DMat4) -> bool {
+    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis]
+        .map(|axis| axis.truncate().normalize_or_zero());
+    [x.dot(y), y.dot(z), z.dot(x)]
+        .iter()
+        .all(|cos| cos.abs() < UNSCALED)
+}
+
+/// Enlarges a map to at least 2 x 3 texels, each with the value of the nearest one, as Mitsuba
+/// does. Of two rows, the lower one becomes two.
+fn enlarge(image: &mut Image) {
+    if image.width == 1 {
+        let texels = image.data.chunks_exact(image.channels.max(1));
+        image.data = texels.flat_map(|texel| texel.repeat(2)).collect();
+        image.width = 2;
+    }
+    match image.height {
+        1 => image.data = image.data.repeat(3),
+        2 => image
+            .data
+            .extend_from_within(image.width * image.channels..),
+        _ => return,
+    }
+    image.height = 3;
+}
+
 /// Sets the window of a projector with this field of view in degrees by the size of its image,
-/// after that has been read.
+/// after that has been read. Both axes are stretched.
 fn fit_projector(
     desc: &mut SceneDesc,
     (emitter, texture): (EmitterId, TextureId),
-    fov: f32,
-    fov_axis: FovAxis,
+    (fov, fov_axis): (f32, FovAxis),
+    stretch: Vec2,
 ) {
     let size = match &desc.textures[texture.index()] {
         Texture::Bitmap(bitmap) => Vec2::new(
@@ -278,7 +397,7 @@ fn fit_projector(
         FovAxis::Smaller => x.min(y),
         FovAxis::Larger => x.max(y),
     };
-    let half = size * ((0.5 * fov).to_radians().tan() / along);
+    let half = size * stretch * ((0.5 * fov).to_radians().tan() / along);
     if let Emitter::Spot {
         cutoff,
         beam_width,

@@ -62,7 +62,12 @@ pub(super) fn limits(props: &Props<'_>, builder: &DescBuilder<'_>) -> PathLimits
         }
     };
     let rr_depth = props.integer("rr_depth", 5, 1) as u32;
-    let hide_emitters = props.boolean("hide_emitters", false);
+    // Paths without a segment: nothing is visible, emitters neither.
+    let (max_depth, shows_nothing) = match max_depth {
+        Some(0) => (Some(1), true),
+        other => (other, false),
+    };
+    let hide_emitters = props.boolean("hide_emitters", false) || shows_nothing;
     if matches!(
         plugin,
         "path" | "volpath" | "volpathmis" | "direct" | "ptracer"

@@ -7,7 +7,7 @@ use super::builder::DescBuilder;
 use super::colors::ColorUse;
 use super::props::Props;
 use super::transforms::rotation;
-use crate::sky::{PlaceAndTime, SunSky, bake_sunsky, sky_from_environment};
+use crate::sky::{PlaceAndTime, SunDisc, SunSky, bake_sunsky, sky_from_environment};
 use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment};
 use manylight::math::Vec3;
@@ -41,6 +41,7 @@ impl DescBuilder<'_> {
     pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: SkyParts) {
         let defaults = SunSky::default();
         let to_world = props.to_world();
+        self.check_unscaled(props, to_world);
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         let (frame, scale) = if props.is_v0() {
             (to_world * z_up, props.float("scale", 1.0))
@@ -72,12 +73,11 @@ impl DescBuilder<'_> {
                 sky_scale
             },
             sun_aperture: self.sun_aperture(props, defaults.sun_aperture),
+            sun_disc: match props.boolean("complex_sun", false) {
+                true => SunDisc::Darkened,
+                false => SunDisc::Uniform,
+            },
         };
-        self.warn_feature(
-            props,
-            "complex_sun",
-            "is not supported; the sun is a uniform disc",
-        );
         if props.is_v0() {
             self.warn_feature(props, "stretch", "is not supported; it is ignored");
             props.ignore(&["resolution", "extend", "sun_samples"]);

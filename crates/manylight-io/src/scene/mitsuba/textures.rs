@@ -41,6 +41,7 @@ impl DescBuilder<'_> {
             "bitmap" => self.bitmap(&props),
             "checkerboard" => Some(self.checkerboard(&props)),
             "mesh_attribute" | "vertexcolors" => self.mesh_attribute(&props),
+            "volume" if self.constant_volume(&props).is_some() => self.volume(&props),
             _ => {
                 self.unsupported(&props, TEXTURES, SUBSTITUTES);
                 return None;
@@ -182,6 +183,30 @@ impl DescBuilder<'_> {
             color1,
             uv_transform,
         })
+    }
+
+    /// The volume of a `volume` texture, if its values are constant.
+    fn constant_volume(&self, props: &Props<'_>) -> Option<ObjectId> {
+        let volume = props.single(PluginFamily::Volume)?;
+        (self.tree.get(volume).plugin.value == "constvolume").then_some(volume)
+    }
+
+    /// A texture with the values of a volume at the surface.
+    fn volume(&mut self, props: &Props<'_>) -> Option<TextureId> {
+        let volume = self.props(self.constant_volume(props)?);
+        volume.ignore(&["to_world", "id"]);
+        let texture = match volume
+            .get("value")
+            .and_then(|p| self.nested_texture(&p.value))
+        {
+            Some(texture) => self.texture(texture),
+            None => {
+                let color = self.color(&volume, "value", 1.0, ColorUse::Coefficient);
+                Some(self.constant_texture(color))
+            }
+        };
+        volume.finish();
+        texture
     }
 
     /// The texture with an attribute of the current shape: a texture that is nested in the shape

@@ -4,7 +4,8 @@ use super::super::assets::{Assets, Finish};
 use super::super::growth::{Bound, Growth};
 use super::super::names::ShapeNames;
 use super::super::plugins::report_unknown;
-use super::super::sink::{FileSpan, Sink, Text};
+use super::super::sink::{FileSpan, Problem, Sink, Text};
+use super::bindings::{Bindings, NameSpace, Place};
 use super::colors::ColorUse;
 use super::entities::{Entity, MaterialRef};
 use glam::DMat4;
@@ -12,9 +13,9 @@ use manylight::geometry::Mesh;
 use manylight::ids::{MaterialId, ShapeId, TextureId};
 use manylight::math::Affine3A;
 use manylight::scene::{PrimitiveDesc, SceneDesc};
-use manylight::texture::{ColorInput, FloatInput};
+use manylight::texture::ColorInput;
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// Bytes of tessellated surfaces from the bytes of the files. Paraboloids, the largest for their
@@ -28,18 +29,26 @@ const TESSELLATED: Bound = Bound {
 /// What has been made of declarations, so that it is made once.
 #[derive(Default)]
 pub(super) struct Made {
-    pub(super) float_textures: HashMap<String, FloatInput>,
-    pub(super) spectrum_textures: HashMap<String, ColorInput>,
+    /// In the order of the `Texture` directives.
+    pub(super) textures: Vec<ColorInput>,
+    /// The last definition of each name, as an index in [`Made::textures`].
+    pub(super) float_textures: HashMap<String, usize>,
+    pub(super) spectrum_textures: HashMap<String, usize>,
     /// Image textures by file and settings.
     pub(super) bitmaps: HashMap<String, TextureId>,
     /// Roughness textures of PBRT v3 by their source.
     pub(super) mapped_textures: HashMap<TextureId, TextureId>,
     /// Materials with a coat of the mean roughness of a texture.
     pub(super) mean_coats: HashMap<TextureId, Rc<RefCell<Vec<MaterialId>>>>,
-    pub(super) named_materials: HashMap<String, MaterialId>,
+    /// In the order of the `MakeNamedMaterial` directives; `None` for invalid ones.
+    pub(super) named_materials: Vec<Option<MaterialId>>,
+    /// The last definition of each name, as an index in [`Made::named_materials`].
+    pub(super) material_names: HashMap<String, usize>,
     /// In the order of the `Material` directives.
     pub(super) materials: Vec<MaterialId>,
     pub(super) default_material: Option<MaterialId>,
+    /// Materials that depend on texture coordinates.
+    pub(super) textured: HashSet<MaterialId>,
     /// Materials behind opacities of shapes.
     pub(super) masks: HashMap<(MaterialId, String), MaterialId>,
     /// The whole disk.
@@ -67,11 +76,17 @@ pub(super) struct Builder<'a> {
     pub(super) made: Made,
     /// The curves that have been collected.
     pub(super) curves: Option<PendingCurves>,
+    /// The definitions of names, by the rules of PBRT v3.
+    pub(super) bindings: Bindings,
+    /// Number of uses of textures so far.
+    pub(super) texture_uses: Cell<usize>,
     pub(super) shape_names: ShapeNames,
     /// Meshes of surfaces that the files describe by some numbers.
     pub(super) tessellated: Growth,
     /// Triangles of subdivision surfaces of many levels.
     pub(super) finely_subdivided: usize,
+    /// Colors that are read as numbers and should be gray, with what they are.
+    pub(super) gray_colors: Vec<(FileSpan, TextureId, String)>,
     /// Environment maps that should be square, with the sizes that are found.
     pub(super) square_maps: Vec<(FileSpan, Rc<Cell<[usize; 2]>>)>,
     pub(super) finish: Vec<Finish>,
@@ -87,9 +102,12 @@ impl<'a> Builder<'a> {
             assets: Assets::default(),
             made: Made::default(),
             curves: None,
+            texture_uses: Cell::new(0),
             shape_names: ShapeNames::default(),
             tessellated: Growth::new(text_bytes, TESSELLATED),
             finely_subdivided: 0,
+            bindings: Bindings::default(),
+            gray_colors: Vec::new(),
             square_maps: Vec::new(),
             finish: Vec::new(),
         }
@@ -98,6 +116,44 @@ impl<'a> Builder<'a> {
     /// Defers a change of the description until all files have been read.
     pub(super) fn after_loading(&mut self, finish: impl FnOnce(&mut SceneDesc) + 'static) {
         self.finish.push(Box::new(finish));
+    }
+
+    /// The index of the definition that `name` has at `place`, where `last` is the last one of the
+    /// file. Names that PBRT v3 would not find there have the last definition, a warning.
+    pub(super) fn definition(
+        &self,
+        space: NameSpace,
+        name: &Text,
+        place: Place,
+        last: &HashMap<String, usize>,
+    ) -> Option<usize> {
+        let bound = self.bindings.at(space, &name.value, place);
+        let last = last.get(&name.value).copied();
+        if !self.is_v3 {
+            return last;
+        }
+        if bound.is_none() && last.is_some() {
+            let message = format!(
+                "PBRT v3 does not find `{}` here: it is defined later or in another block",
+                name.value
+            );
+            let problem = Problem::new("scene::suspicious", name.span, message);
+            self.sink
+                .warn_once(format!("unbound {}", name.value), problem);
+        }
+        bound.or(last)
+    }
+
+    /// Reports the second definition of a name, which is an error in PBRT v4.
+    pub(super) fn defined_twice(&self, what: &str, name: &Text) {
+        let message = format!("the {what} `{}` is defined twice", name.value);
+        self.sink
+            .error_at("scene::duplicate_id", name.span, message);
+    }
+
+    /// Notes that the declaration that is being read uses a texture.
+    pub(super) fn note_texture(&self) {
+        self.texture_uses.set(self.texture_uses.get() + 1);
     }
 
     /// How the color of a light is meant.

@@ -2,7 +2,8 @@
 
 use super::super::files::find_external_file;
 use super::super::parameters::Parameters;
-use super::super::sink::{FileSpan, Text};
+use super::super::sink::{FileSpan, Problem, Text};
+use super::bindings::{Bindings, Place};
 use super::colors::{ColorContext, ColorSpace, ColorUse};
 use super::params::Params;
 use glam::DMat4;
@@ -19,6 +20,8 @@ pub(super) struct Entity<'a> {
     pub(super) color_space: ColorSpace,
     /// Folders in which the files that the parameters name are searched.
     pub(super) folders: Rc<[PathBuf]>,
+    /// Where the names in the parameters are looked up.
+    pub(super) place: Place,
 }
 
 impl Entity<'_> {
@@ -51,8 +54,8 @@ pub(super) enum MaterialRef {
     Default,
     /// Index of a `Material`.
     Index(usize),
-    /// Name of a `MakeNamedMaterial`.
-    Named(Text),
+    /// Name of a `MakeNamedMaterial`, and the place where it is looked up.
+    Named(Text, Place),
 }
 
 /// A shape with its attributes.
@@ -75,6 +78,13 @@ pub(super) struct InstanceEntity {
     pub(super) transform: DMat4,
 }
 
+/// An end of a block that is wrong in PBRT v4.
+pub(super) struct WrongBlock {
+    pub(super) problem: Problem,
+    /// Whether PBRT v3 reads it without a message.
+    pub(super) is_valid_in_v3: bool,
+}
+
 /// All declarations of a scene, in the order of the file.
 #[derive(Default)]
 pub(super) struct Entities<'a> {
@@ -92,7 +102,13 @@ pub(super) struct Entities<'a> {
     /// Shapes of objects.
     pub(super) objects: Vec<Named<Vec<ShapeEntity<'a>>>>,
     pub(super) object_ids: HashMap<String, usize>,
+    /// The definitions of textures and named materials.
+    pub(super) bindings: Bindings,
     pub(super) instances: Vec<InstanceEntity>,
+    /// Whether the world has an end, which PBRT v4 does not know.
+    pub(super) has_world_end: bool,
+    /// Blocks whose ends are wrong in PBRT v4.
+    pub(super) wrong_blocks: Vec<WrongBlock>,
     /// Where the scene file begins, for messages about the scene as a whole.
     pub(super) start: Option<FileSpan>,
 }

@@ -38,6 +38,8 @@ const INTEGRATORS_V3: [&str; 6] = [
     "exphotonmap",
 ];
 
+/// Default width and height in pixels.
+const DEFAULT_SIZE: [i32; 2] = [1280, 720];
 /// Most pixels along an edge.
 const MAX_SIZE: i32 = 1 << 16;
 
@@ -74,9 +76,8 @@ impl Builder<'_> {
             None if self.is_v3 => Filter::Box,
             None => DEFAULT_FILTER,
         };
-        let default = if self.is_v3 { [640, 480] } else { [1280, 720] };
         let Some(entity) = film else {
-            let size = UVec2::from_array(default.map(|edge: i32| edge as u32));
+            let size = UVec2::from_array(DEFAULT_SIZE.map(|edge| edge as u32));
             return film_of_size(size, filter);
         };
         let params = &entity.params;
@@ -100,8 +101,8 @@ impl Builder<'_> {
             edge as u32
         };
         let size = UVec2::new(
-            edge("xresolution", default[0]),
-            edge("yresolution", default[1]),
+            edge("xresolution", DEFAULT_SIZE[0]),
+            edge("yresolution", DEFAULT_SIZE[1]),
         );
         let [low, high] = self.crop(entity, size);
         params.ignore(FILM_PARAMETERS);
@@ -256,6 +257,15 @@ impl Builder<'_> {
         params.ignore_all();
         limits
     }
+}
+
+/// The factor of all pixels.
+pub(super) fn film_scale(film: Option<&Entity<'_>>) -> f32 {
+    let at_least_zero = |scale| scale >= 0.0;
+    film.map_or(1.0, |film| {
+        film.params
+            .float_where("scale", 1.0, at_least_zero, "at least 0")
+    })
 }
 
 const DEFAULT_FILTER: Filter = Filter::Gaussian { stddev: 0.5 };

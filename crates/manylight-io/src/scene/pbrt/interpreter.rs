@@ -4,9 +4,10 @@ use super::super::files::{find_external_file, identity};
 use super::super::growth::Expansion;
 use super::super::parameters::unresolved;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
+use super::bindings::NameSpace;
 use super::colors::ColorSpace;
 use super::entities::{
-    Entities, Entity, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity,
+    Entities, Entity, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity, WrongBlock,
 };
 use super::lexer::Lexer;
 use super::param_types::Param;
@@ -33,6 +34,8 @@ pub(super) struct Interpreter<'a> {
     stack: Vec<(Block, FileSpan, GraphicsState<'a>)>,
     systems: CoordinateSystems,
     in_world: bool,
+    /// Index of the object to which shapes belong.
+    object: Option<usize>,
     /// Files that are being read, without symbolic links.
     open_files: Vec<PathBuf>,
     pub(super) expansion: Expansion,
@@ -50,6 +53,7 @@ impl<'a> Interpreter<'a> {
             stack: Vec::new(),
             systems: CoordinateSystems::new(),
             in_world: false,
+            object: None,
             open_files: Vec::new(),
             expansion: Expansion::default(),
             entities: Entities::default(),
@@ -63,29 +67,53 @@ impl<'a> Interpreter<'a> {
         let identity = identity(path);
         // The first file is below any bound.
         let _ = interpreter.expansion.include(&identity, text.len());
-        interpreter.file(identity, Lexer::new(text, file));
+        interpreter.file(identity, Lexer::new(text, file), 0);
+        interpreter.end_blocks(0);
         interpreter
     }
 
-    /// Runs one file. Blocks must end in the file in which they begin.
-    fn file(&mut self, identity: PathBuf, lexer: Lexer) {
+    /// Runs one file. The outer `depth` blocks cannot end in it.
+    fn file(&mut self, identity: PathBuf, lexer: Lexer, depth: usize) {
         self.open_files.push(identity);
-        let depth = self.stack.len();
         let mut parser = Parser::new(lexer);
         while let Some(statement) = parser.next(self.sink) {
             self.statement(statement, depth);
         }
+        self.open_files.pop();
+    }
+
+    /// Ends all but the outer `depth` blocks, which is reported.
+    fn end_blocks(&mut self, depth: usize) {
         while self.stack.len() > depth {
             let Some((block, span, state)) = self.stack.pop() else {
                 break;
             };
-            self.state = state;
+            self.restore(block, state);
             let [begin, end] = block.names();
             let message = format!("`{begin}` has no `{end}` before the end of the file");
-            self.sink
-                .error(Problem::new("scene::unbalanced", span, message).label("opened here"));
+            let problem = Problem::new("scene::unbalanced", span, message).label("opened here");
+            self.wrong_block(problem, false);
         }
-        self.open_files.pop();
+    }
+
+    /// Notes the wrong end of a block. Whether it is an error depends on the version.
+    fn wrong_block(&mut self, problem: Problem, is_valid_in_v3: bool) {
+        self.entities.wrong_blocks.push(WrongBlock {
+            problem,
+            is_valid_in_v3,
+        });
+    }
+
+    /// Restores the state before a block that ends.
+    fn restore(&mut self, block: Block, state: GraphicsState<'a>) {
+        match block {
+            // `TransformEnd` restores the transform alone.
+            Block::Transform => self.state.transforms = state.transforms,
+            Block::Attribute | Block::Object => {
+                self.entities.bindings.end_block();
+                self.state = state;
+            }
+        }
     }
 
     fn statement(&mut self, statement: Statement, depth: usize) {
@@ -101,7 +129,7 @@ impl<'a> Interpreter<'a> {
             // The times have no effect without motion.
             Arguments::Numbers(_) => {}
             Arguments::Word(which) => self.state.activate(&which, self.sink),
-            Arguments::Names(names) => self.named(&directive, names),
+            Arguments::Names(names) => self.named(&directive, names, depth),
             Arguments::Declaration(name, list) => self.declaration(&directive, name, list),
             Arguments::Texture(names, list) => self.texture(names, list),
             Arguments::Option(param) => self.option(&param),
@@ -111,7 +139,7 @@ impl<'a> Interpreter<'a> {
     fn plain(&mut self, directive: &Text, depth: usize) {
         match directive.value.as_str() {
             "WorldBegin" => self.begin_world(directive),
-            "WorldEnd" => {}
+            "WorldEnd" => self.entities.has_world_end = true,
             "Identity" => self.state.transform(directive, &[], self.sink),
             "ReverseOrientation" => {
                 self.state.reverse_orientation = !self.state.reverse_orientation
@@ -142,42 +170,56 @@ impl<'a> Interpreter<'a> {
                 .error_at("scene::nesting", directive.span, message);
             return;
         }
+        if block != Block::Transform {
+            self.entities.bindings.begin_block();
+        }
         self.stack.push((block, directive.span, self.state.clone()));
     }
 
+    /// Ends a block. PBRT v3 counts blocks: it ends the innermost one that saves the state, be it
+    /// of attributes or of an object.
     fn close(&mut self, block: Block, directive: &Text, depth: usize) {
         let [begin, end] = block.names();
         let opened = self.stack.last().filter(|_| self.stack.len() > depth);
-        let Some((found, span, _)) = opened else {
-            let message = format!("`{end}` without `{begin}` in this file");
-            self.sink
-                .error_at("scene::unbalanced", directive.span, message);
+        let is_missing = opened.is_none_or(|(found, ..)| {
+            block == Block::Object && *found != block && self.object.is_none()
+        });
+        if block == Block::Object {
+            self.object = None;
+        }
+        let Some((found, span, _)) = opened.filter(|_| !is_missing) else {
+            let message = format!("`{end}` without `{begin}`");
+            let problem = Problem::new("scene::unbalanced", directive.span, message);
+            self.wrong_block(problem, false);
             return;
         };
-        if *found != block {
+        let (found, span) = (*found, *span);
+        if found != block {
             let [begin, expected] = found.names();
             let message = format!("found `{end}`, expected `{expected}`");
-            self.sink.error(
-                Problem::new("scene::unbalanced", directive.span, message)
-                    .second(*span, format!("`{begin}` is here")),
+            let problem = Problem::new("scene::unbalanced", directive.span, message);
+            let both_save = found != Block::Transform && block != Block::Transform;
+            self.wrong_block(
+                problem.second(span, format!("`{begin}` is here")),
+                both_save,
             );
-            return;
+            if !both_save {
+                return;
+            }
         }
-        let Some((_, _, state)) = self.stack.pop() else {
-            return;
-        };
-        match block {
-            // `TransformEnd` restores the transform alone.
-            Block::Transform => self.state.transforms = state.transforms,
-            Block::Attribute | Block::Object => self.state = state,
+        if let Some((_, _, state)) = self.stack.pop() {
+            self.restore(found, state);
         }
     }
 
-    fn named(&mut self, directive: &Text, mut names: Vec<Text>) {
+    fn named(&mut self, directive: &Text, mut names: Vec<Text>, depth: usize) {
         let name = names.swap_remove(0);
         match directive.value.as_str() {
-            "Include" | "Import" => self.include(&name),
-            "NamedMaterial" => self.state.material = MaterialRef::Named(name),
+            "Include" | "Import" => self.include(directive, &name, depth),
+            "NamedMaterial" => {
+                let place = self.entities.bindings.here();
+                self.state.material = MaterialRef::Named(name, place);
+            }
             "CoordinateSystem" => {
                 self.systems.insert(name.value, self.state.transforms);
             }
@@ -203,7 +245,9 @@ impl<'a> Interpreter<'a> {
         self.sink.error(unresolved(name, message, known));
     }
 
-    fn include(&mut self, name: &Text) {
+    /// Runs another file. The text of an included file may end blocks around it, that of an
+    /// imported one may not.
+    fn include(&mut self, directive: &Text, name: &Text, depth: usize) {
         // Further errors would not be listed.
         if self.sink.is_full() {
             return;
@@ -235,7 +279,14 @@ impl<'a> Interpreter<'a> {
         let main = folders[0].clone();
         let own = path.parent().map(Path::to_owned).filter(|own| *own != main);
         self.folders = std::iter::once(main).chain(own).collect();
-        self.file(wanted, Lexer::new(text, file));
+        let lexer = Lexer::new(text, file);
+        if directive.value == "Import" {
+            let depth = self.stack.len();
+            self.file(wanted, lexer, depth);
+            self.end_blocks(depth);
+        } else {
+            self.file(wanted, lexer, depth);
+        }
         self.folders = folders;
     }
 
@@ -246,6 +297,7 @@ impl<'a> Interpreter<'a> {
                 .error_at("scene::nested_group", directive.span, message);
         }
         self.open(Block::Object, directive);
+        self.object = Some(self.entities.objects.len());
         let objects = &mut self.entities.objects;
         self.entities
             .object_ids
@@ -257,7 +309,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn is_in_object(&self) -> bool {
-        self.stack.iter().any(|(block, ..)| *block == Block::Object)
+        self.object.is_some()
     }
 
     fn instance(&mut self, directive: &Text, object: Text) {
@@ -306,7 +358,10 @@ impl<'a> Interpreter<'a> {
         };
         let inherited = Rc::clone(&self.state.inherited.texture);
         let params = Params::new("texture", class, list, inherited, self.sink);
-        let entity = self.state.entity(params, &self.folders);
+        let bindings = &mut self.entities.bindings;
+        let entity = self.state.entity(params, &self.folders, bindings.here());
+        let space = NameSpace::of_textures(is_spectrum);
+        bindings.define(space, &name.value, self.entities.textures.len());
         self.entities.textures.push(Named {
             name,
             value: TextureEntity {
@@ -334,7 +389,8 @@ impl<'a> Interpreter<'a> {
             _ => return,
         };
         let params = Params::new(family, name, list, inherited, self.sink);
-        let entity = self.state.entity(params, &self.folders);
+        let place = self.entities.bindings.here();
+        let entity = self.state.entity(params, &self.folders, place);
         let entities = &mut self.entities;
         match directive.value.as_str() {
             "Camera" => {
@@ -354,6 +410,10 @@ impl<'a> Interpreter<'a> {
             }
             "MakeNamedMaterial" => {
                 let name = entity.params.plugin.clone();
+                let index = entities.named_materials.len();
+                entities
+                    .bindings
+                    .define(NameSpace::Material, &name.value, index);
                 entities.named_materials.push(Named {
                     name,
                     value: entity,
@@ -364,16 +424,15 @@ impl<'a> Interpreter<'a> {
     }
 
     fn shape(&mut self, entity: Entity<'a>) {
-        let in_object = self.is_in_object();
         let shape = ShapeEntity {
             entity,
             material: self.state.material.clone(),
             area_light: self.state.area_light.clone(),
             reverse_orientation: self.state.reverse_orientation,
         };
-        match self.entities.objects.last_mut() {
-            Some(object) if in_object => object.value.push(shape),
-            _ => self.entities.shapes.push(shape),
+        match self.object {
+            Some(object) => self.entities.objects[object].value.push(shape),
+            None => self.entities.shapes.push(shape),
         }
     }
 }

@@ -10,10 +10,12 @@
 //!    fills the [`SceneDesc`] of `builder`.
 //! 4. `assets` reads meshes and images in parallel; then values that depend on them are set.
 
+mod bindings;
 mod builder;
 mod cameras;
 mod colors;
 mod directives;
+mod elements;
 mod entities;
 mod film;
 mod interpreter;
@@ -36,7 +38,8 @@ use super::plugins::{SupportedFamily, families};
 use super::sink::{Problem, Sink, Text};
 use crate::error::LoadErrorKind;
 use builder::Builder;
-use entities::{Entities, Entity};
+use entities::{Entities, Entity, WrongBlock};
+use film::film_scale;
 use interpreter::Interpreter;
 use manylight::scene::{InstanceDesc, SceneDesc, check_textures};
 use std::path::Path;
@@ -88,10 +91,13 @@ pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc
 impl Builder<'_> {
     /// Adds all declarations.
     fn scene(&mut self, mut entities: Entities<'_>) {
+        self.check_blocks(std::mem::take(&mut entities.wrong_blocks));
         self.check_whole(&entities);
+        self.bindings = std::mem::take(&mut entities.bindings);
         self.desc.limits = self.limits(entities.integrator.as_ref());
         if let Some(camera) = &entities.camera {
             self.film_scale = self.imaging_ratio(camera, entities.film.as_ref());
+            self.film_scale *= film_scale(entities.film.as_ref());
             let film = self.film(entities.film.as_ref(), entities.filter.as_ref());
             self.camera(camera, film);
         }
@@ -117,22 +123,34 @@ impl Builder<'_> {
     }
 
     fn define_material(&mut self, name: &Text, entity: &Entity<'_>) {
+        let index = self.made.named_materials.len();
         let Some(kind) = entity.params.required_string("type") else {
             entity.params.ignore_all();
+            self.made.named_materials.push(None);
             return;
         };
         let material = self.material(entity, kind);
         name_material(&mut self.desc.material_names, material, &name.value);
-        let former = self
-            .made
-            .named_materials
-            .insert(name.value.clone(), material);
-        if former.is_some() {
-            let name_of = &name.value;
-            let message =
-                format!("the material `{name_of}` is defined twice; the last definition is used");
-            let problem = Problem::new("scene::duplicate_id", name.span, message);
-            self.sink.warn_once("material defined twice", problem);
+        self.made.named_materials.push(Some(material));
+        let names = &mut self.made.material_names;
+        if names.insert(name.value.clone(), index).is_some() && !self.is_v3 {
+            self.defined_twice("material", name);
+        }
+    }
+
+    /// Reports wrong ends of blocks: errors in PBRT v4, of which PBRT v3 reads some and passes the
+    /// others over.
+    fn check_blocks(&self, wrong: Vec<WrongBlock>) {
+        for WrongBlock {
+            problem,
+            is_valid_in_v3,
+        } in wrong
+        {
+            if !self.is_v3 {
+                self.sink.error(problem);
+            } else if !is_valid_in_v3 {
+                self.sink.warn(problem);
+            }
         }
     }
 
@@ -185,6 +203,7 @@ impl Builder<'_> {
         let assets = std::mem::take(&mut self.assets);
         assets.load(&mut self.desc, self.sink);
         self.check_square_maps();
+        self.check_gray_colors();
         // What follows may evaluate textures.
         if let Err(error) = check_textures(&self.desc) {
             let problem = Problem::without_location("scene::too_deep", error.message);
@@ -199,7 +218,8 @@ impl Builder<'_> {
     }
 }
 
-/// Whether a scene uses names that only PBRT v3 has.
+/// Whether a scene is one of PBRT v3: by names that only PBRT v3 has, or by an end of the world
+/// without names of PBRT v4.
 fn is_v3(entities: &Entities<'_>) -> bool {
     let plugin = |entity: &Option<Entity<'_>>, names: &[&str]| {
         let name = entity
@@ -209,19 +229,24 @@ fn is_v3(entities: &Entities<'_>) -> bool {
     };
     let old_samplers = ["02sequence", "lowdiscrepancy", "maxmindist", "random"];
     let named = entities.named_materials.iter().map(|named| &named.value);
-    let kinds = named.filter_map(|entity| entity.params.kind());
-    let kinds = kinds.chain(
-        entities
-            .materials
-            .iter()
-            .map(|m| m.params.plugin.value.as_str()),
-    );
+    let kinds: Vec<&str> = named
+        .filter_map(|entity| entity.params.kind())
+        .chain(
+            entities
+                .materials
+                .iter()
+                .map(|material| material.params.plugin.value.as_str()),
+        )
+        .collect();
+    let has_new_names = plugin(&entities.film, film::FILMS)
+        || kinds.iter().any(|kind| materials::is_v4_material(kind));
     plugin(&entities.film, &["image"])
         || plugin(&entities.sampler, &old_samplers)
         || plugin(&entities.integrator, &["directlighting", "whitted"])
-        || kinds.into_iter().any(materials::is_v3_material)
+        || kinds.iter().any(|kind| materials::is_v3_material(kind))
         || entities
             .lights
             .iter()
             .any(|light| light.params.has("mapname"))
+        || entities.has_world_end && !has_new_names
 }

@@ -2,6 +2,7 @@
 
 use super::super::parameters::Parameters;
 use super::super::sink::{Problem, Sink, Text};
+use super::bindings::Place;
 use super::colors::ColorSpace;
 use super::entities::{Entity, MaterialRef};
 use super::param_types::Param;
@@ -143,9 +144,15 @@ impl<'a> GraphicsState<'a> {
         self.transforms[0]
     }
 
-    /// A declaration in this state.
-    pub(super) fn entity(&self, params: Params<'a>, folders: &Rc<[PathBuf]>) -> Entity<'a> {
+    /// A declaration in this state, at `place`.
+    pub(super) fn entity(
+        &self,
+        params: Params<'a>,
+        folders: &Rc<[PathBuf]>,
+        place: Place,
+    ) -> Entity<'a> {
         Entity {
+            place,
             folders: Rc::clone(folders),
             transform: self.start(&params.plugin, params.sink()),
             params,

@@ -120,7 +120,7 @@ const INVALID: &[(&str, &str)] = &[
     ),
     (
         "AttributeEnd",
-        "error 2:1 `AttributeEnd` without `AttributeBegin` in this file",
+        "error 2:1 `AttributeEnd` without `AttributeBegin`",
     ),
     (
         "AttributeBegin",

@@ -2,9 +2,11 @@
 
 mod errors;
 mod materials;
+mod power;
 mod scenes;
 mod textures;
 mod values;
+mod version3;
 
 use crate::describe;
 use manylight::scene::SceneDesc;

@@ -1,6 +1,7 @@
 //! Transforms, cameras, film, shapes, lights, textures and included files.
 
 use super::{PbrtFiles, document, load, load_file, loaded, warnings};
+use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::Filter;
@@ -464,4 +465,57 @@ fn motion_uses_the_start_and_warns_once() {
         messages,
         ["motion is not supported; the transform at the start is used"]
     );
+}
+
+#[test]
+fn opacity_scales_the_emission_of_a_surface() {
+    let quad = "Shape \"trianglemesh\" \"point3 P\" [ -1 -1 0 1 -1 0 1 1 0 -1 1 0 ] \"point2 uv\" [ 0 0 1 0 1 1 0 1 ] \"integer indices\" [ 0 1 2 0 2 3 ]";
+    let radiance = |desc: &SceneDesc| match desc.emitters.last() {
+        Some(Emitter::Area { radiance }) => *radiance,
+        other => panic!("{other:?}"),
+    };
+    let desc = load(&format!(
+        "AreaLightSource \"diffuse\" \"rgb L\" [ 4 4 4 ] {quad} \"float alpha\" .25"
+    ));
+    assert_eq!(radiance(&desc), ColorInput::Constant(Rgb::splat(1.0)));
+    // The power is that without the opacity.
+    let desc = load(&format!(
+        "AreaLightSource \"diffuse\" \"float power\" 8 {quad} \"float alpha\" .25"
+    ));
+    assert!(
+        matches!(radiance(&desc), ColorInput::Constant(c) if (c.r - 8.0 / (PI * 2.0) * 0.25).abs() < 1e-5)
+    );
+    let board = "Texture \"a\" \"float\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 2 \"float tex1\" 1 \"float tex2\" 0";
+    let desc = load(&format!(
+        "{board} AreaLightSource \"diffuse\" \"rgb L\" [ 4 4 4 ] \"bool twosided\" true {quad} \"texture alpha\" \"a\""
+    ));
+    let at = |u: f32| radiance(&desc).eval(Vec2::new(u, 0.25), &desc.textures).r;
+    assert_eq!([at(0.25), at(0.75)], [4.0, 0.0]);
+    // Of two surfaces back to back, each hides the other side alone.
+    let [front, back] = [0, 1].map(|i| &desc.primitives[i]);
+    assert_eq!(front.material, back.material);
+    let Material::TwoSided { front, back } = desc.materials[front.material.index()] else {
+        panic!("{:?}", desc.materials)
+    };
+    assert!(matches!(
+        desc.materials[front.index()],
+        Material::Mask { .. }
+    ));
+    assert!(matches!(desc.materials[back.index()], Material::Null));
+}
+
+#[test]
+fn textured_triangles_without_coordinates_have_those_of_pbrt() {
+    let quad = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ] \"integer indices\" [ 0 1 2 0 2 3 ]";
+    let texture = "Texture \"t\" \"spectrum\" \"checkerboard\" ";
+    let desc = load(&format!(
+        "{texture} Material \"diffuse\" {quad} Material \"diffuse\" \"texture reflectance\" \"t\" {quad}"
+    ));
+    // Materials without textures do not need any.
+    assert!(mesh(&desc, 0).uvs.is_empty());
+    let textured = mesh(&desc, 1);
+    assert_eq!(textured.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(textured.positions[4], Vec3::new(1.0, 1.0, 0.0));
+    let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE];
+    assert_eq!(textured.uvs, [uvs, uvs].concat());
 }

@@ -14,5 +14,6 @@ pub(super) mod phong;
 pub(super) mod plastic;
 pub(super) mod principled;
 pub(super) mod rough_diffuse;
+pub(super) mod substrate;
 pub(super) mod thin_dielectric;
 pub(super) mod ward;

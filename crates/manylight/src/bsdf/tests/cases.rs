@@ -177,6 +177,30 @@ fn diffuse_and_conductors() -> Vec<Named> {
                 full: true,
             }],
         ),
+        (
+            "substrate",
+            vec![Material::Substrate {
+                diffuse_reflectance: rgb(0.2, 0.5, 0.8),
+                specular_reflectance: rgb(0.3, 0.05, 0.2),
+                roughness: Roughness {
+                    distribution: Ggx,
+                    alpha_u: float(0.4),
+                    alpha_v: float(0.2),
+                },
+            }],
+        ),
+        (
+            "substrate_of_low_roughness",
+            vec![Material::Substrate {
+                diffuse_reflectance: rgb(0.2, 0.5, 0.8),
+                specular_reflectance: rgb(0.3, 0.05, 0.2),
+                roughness: Roughness {
+                    distribution: Ggx,
+                    alpha_u: float(0.05),
+                    alpha_v: float(0.05),
+                },
+            }],
+        ),
         ("conductor", vec![copper(None)]),
         ("rough_conductor_ggx", vec![copper(rough(Ggx, 0.3, 0.3))]),
         (

@@ -88,6 +88,18 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX / pdf);
             (sum / GRID_POINTS).zip(floor, f32::max)
         }
+        Emitter::Spot {
+            direction,
+            cutoff,
+            falloff: SpotFalloff::Deformed(_),
+            ..
+        } => {
+            let sum: Rgb = direction_grid()
+                .map(|u| spot_direction(direction, cutoff, None, u))
+                .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
+                .sum();
+            sum / GRID_POINTS
+        }
         // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or
         // point-symmetric in the cosine; of 1/cos³θ it is tan²θ / 2.
         Emitter::Spot {
@@ -102,7 +114,10 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
                 SpotFalloff::LinearAngle if rim > 1e-4 => (cutoff.sin() - beam_width.sin()) / rim,
                 SpotFalloff::LinearAngle => cutoff.cos(),
                 SpotFalloff::SmoothCosine => 0.5 * (cutoff.cos() + beam_width.cos()),
+                // ∫ t⁴ dt is 1/5.
+                SpotFalloff::QuarticCosine => 0.2 * cutoff.cos() + 0.8 * beam_width.cos(),
                 SpotFalloff::FlatIrradiance => return intensity * (PI * cutoff.tan().powi(2)),
+                SpotFalloff::Deformed(_) => cutoff.cos(),
             };
             intensity * (2.0 * PI * (1.0 - mean_cos))
         }

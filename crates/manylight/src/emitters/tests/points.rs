@@ -5,7 +5,7 @@ use crate::emitters::elements::point_power;
 
 #[test]
 fn spots_match_mitsuba_and_blender() {
-    use SpotFalloff::{LinearAngle, SmoothCosine};
+    use SpotFalloff::{LinearAngle, QuarticCosine, SmoothCosine};
     let degrees = [0.0f32, 5.0, 12.0, 16.0, 19.9, 25.0, 29.0, 31.0];
     let cases = [
         (
@@ -32,6 +32,12 @@ fn spots_match_mitsuba_and_blender() {
             30.0,
             10.0,
             [2.0, 2.0, 1.9818, 1.7954, 1.3677, 0.534, 0.0299, 0.0],
+        ),
+        (
+            QuarticCosine,
+            30.0,
+            10.0,
+            [2.0, 2.0, 1.5878, 0.8265, 0.3056, 0.0265, 0.0001, 0.0],
         ),
     ];
     for (falloff, cutoff, beam_width, values) in cases {

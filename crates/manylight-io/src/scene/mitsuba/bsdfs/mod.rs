@@ -4,7 +4,7 @@ mod ior;
 mod nested;
 mod roughness;
 
-use super::super::description::Additions;
+use super::super::description::{Additions, WHITE, scaled};
 use super::super::names::name_material;
 use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
@@ -23,6 +23,7 @@ use manylight::texture::{ColorInput, FloatInput};
 pub(super) const SUPPORTED: &[&str] = &[
     "blendbsdf",
     "bumpmap",
+    "circular",
     "conductor",
     "dielectric",
     "diffuse",
@@ -31,8 +32,10 @@ pub(super) const SUPPORTED: &[&str] = &[
     "null",
     "phong",
     "plastic",
+    "polarizer",
     "principled",
     "principledthin",
+    "retarder",
     "roughconductor",
     "roughdielectric",
     "roughdiffuse",
@@ -47,7 +50,9 @@ const ONLY_V0: [&str; 3] = ["phong", "roughdiffuse", "ward"];
 
 const GRAY: &str = "it is replaced by gray diffuse";
 const NESTED: &str = "it is replaced by the nested bsdf";
-const CLEAR: &str = "it is replaced by `null`";
+
+/// Part of unpolarized light that a filter for linear or circular polarization transmits.
+const FILTERED: f32 = 0.5;
 
 const SUBSTITUTES: &[Substitute] = &[
     ("hair", GRAY),
@@ -61,9 +66,6 @@ const SUBSTITUTES: &[Substitute] = &[
     ("coating", NESTED),
     ("roughcoating", NESTED),
     ("mixturebsdf", NESTED),
-    ("circular", CLEAR),
-    ("polarizer", CLEAR),
-    ("retarder", CLEAR),
 ];
 
 /// Index of refraction that replaces 1 where `principled` transmits, because transmission without
@@ -103,7 +105,6 @@ impl DescBuilder<'_> {
             .map(|(_, what)| *what);
         match (substitute, props.objects(PluginFamily::Bsdf).first()) {
             (Some(NESTED), Some((inner, _))) => self.material(*inner),
-            (Some(CLEAR), _) => self.plain_material(PlainMaterial::Null),
             _ => self.plain_material(PlainMaterial::Gray),
         }
     }
@@ -155,11 +156,25 @@ impl DescBuilder<'_> {
                 inner: self.inner(props),
             },
             "null" => Material::Null,
+            "polarizer" | "circular" => self.polarizer(props, FILTERED),
+            "retarder" => self.polarizer(props, 1.0),
             "twosided" => self.two_sided(props),
             "bumpmap" => self.bump_map(props),
             "normalmap" => self.normal_map(props),
             _ => return None,
         })
+    }
+
+    /// A filter of polarized light, by what it does to unpolarized light: straight-through
+    /// transmission of `part` times its transmittance.
+    fn polarizer(&mut self, props: &Props<'_>, part: f32) -> Material {
+        props.ignore(&["theta", "delta", "polarizing", "left_handed"]);
+        let transmittance = self.reflectance(props, "transmittance", 1.0);
+        Material::ThinDielectric {
+            eta: 1.0,
+            specular_reflectance: WHITE,
+            specular_transmittance: scaled(&mut self.desc.textures, transmittance, part),
+        }
     }
 
     /// A reflectance or transmittance parameter.

@@ -93,12 +93,13 @@ impl DescBuilder<'_> {
             | Material::Conductor { .. }
             | Material::Plastic { .. }
             | Material::Phong { .. }
-            | Material::Ward { .. } => false,
+            | Material::Ward { .. }
+            | Material::Substrate { .. } => false,
         }
     }
 
     pub(super) fn bump_map(&mut self, props: &Props<'_>) -> Material {
-        props.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        self.check_invalid_normals(props);
         let inner = self.inner(props);
         let scale = props.float("scale", 1.0);
         let Some(texture) = props.single(PluginFamily::Texture) else {
@@ -113,6 +114,21 @@ impl DescBuilder<'_> {
                 inner,
             },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+
+    /// Warns about other treatments of normals than the default.
+    fn check_invalid_normals(&self, props: &Props<'_>) {
+        let names = ["flip_invalid_normals", "use_shadowing_function"];
+        let off: Vec<String> = names
+            .iter()
+            .filter(|name| !props.boolean(name, true))
+            .map(|name| format!("`{name}`"))
+            .collect();
+        if !off.is_empty() {
+            let (names, object) = (off.join(" and "), props.describe());
+            let message = format!("{names} of {object} cannot be false here; true is used");
+            props.unsupported(format!("normals of {object}"), message);
         }
     }
 
@@ -131,7 +147,7 @@ impl DescBuilder<'_> {
     }
 
     pub(super) fn normal_map(&mut self, props: &Props<'_>) -> Material {
-        props.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        self.check_invalid_normals(props);
         let inner = self.inner(props);
         // Version 3 requires the parameter name `normalmap`; 0.x accepts any nested texture.
         let texture = match props.get("normalmap").map(|param| &param.value) {

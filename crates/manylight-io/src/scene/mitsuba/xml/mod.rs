@@ -66,7 +66,8 @@ pub(super) fn read_tree(
     };
     // The first file is below any bound.
     let _ = reader.expansion.include(&identity(path), text.len());
-    let root = reader.file(path, text, 0, &[])?;
+    // After the folder of the scene, Mitsuba searches the working directory.
+    let root = reader.file(path, text, 0, &[PathBuf::new()])?;
     reader.parameters.report_unused(sink);
     Some(root)
 }

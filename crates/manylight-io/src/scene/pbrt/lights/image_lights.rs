@@ -66,7 +66,8 @@ impl Builder<'_> {
         let params = &entity.params;
         let intensity = self.emission(entity, "I");
         let inside = |angle| angle > 0.0 && angle < 180.0;
-        let fov = params.float_where("fov", 90.0, inside, "in (0, 180)");
+        let default = if self.is_v3 { 45.0 } else { 90.0 };
+        let fov = params.float_where("fov", default, inside, "in (0, 180)");
         let power = params.maybe_float("power");
         let Some(name) = params.required_string(Self::map_parameter(entity)) else {
             return;

@@ -3,15 +3,18 @@
 mod area;
 mod environment;
 mod image_lights;
+mod power;
 
 use super::super::description::Additions;
 use super::super::parameters::{Numbers, Parameters};
 use super::builder::Builder;
 use super::entities::Entity;
 use super::param_types::ParamType;
+pub(super) use area::AreaLight;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
 use manylight::math::Vec3;
+pub(super) use power::EmittingSurface;
 use std::f32::consts::{PI, TAU};
 
 pub(super) const SUPPORTED: &[&str] = &[
@@ -127,7 +130,10 @@ impl Builder<'_> {
             intensity: intensity * factor,
             cutoff,
             beam_width,
-            falloff: SpotFalloff::SmoothCosine,
+            falloff: match self.is_v3 {
+                true => SpotFalloff::QuarticCosine,
+                false => SpotFalloff::SmoothCosine,
+            },
             projector: None,
         });
     }

@@ -2,12 +2,14 @@
 
 mod conductors;
 mod roughness;
+mod sums;
 mod v3;
 
 use super::super::assets::Channel;
 use super::super::description::{Additions, WHITE, add_two_sided, bitmap, flip_v, scaled};
 use super::super::parameters::{Numbers, Parameters, unresolved};
 use super::super::sink::{Problem, Text};
+use super::bindings::{NameSpace, Place};
 use super::builder::Builder;
 use super::colors::ColorUse;
 use super::entities::{Entity, MaterialRef};
@@ -39,6 +41,11 @@ const SUBSTITUTES: [(&str, &str); 3] = [
     ("subsurface", "it is replaced by `coateddiffuse`"),
 ];
 
+/// Whether only PBRT v4 has a material with this name.
+pub(super) fn is_v4_material(name: &str) -> bool {
+    name != "mix" && SUPPORTED.contains(&name)
+}
+
 impl Builder<'_> {
     /// A material that scatters on both sides.
     fn both_sides(&mut self, material: Material) -> MaterialId {
@@ -56,12 +63,19 @@ impl Builder<'_> {
         match material {
             MaterialRef::Default => self.diffuse_default(),
             MaterialRef::Index(index) => self.made.materials[*index],
-            MaterialRef::Named(name) => self.named_material(name),
+            MaterialRef::Named(name, place) => self.named_material(name, *place),
         }
     }
 
-    fn named_material(&mut self, name: &Text) -> MaterialId {
-        if let Some(material) = self.made.named_materials.get(&name.value) {
+    /// The material that `name` has at `place`.
+    fn named_material(&mut self, name: &Text, place: Place) -> MaterialId {
+        let known = &self.made.material_names;
+        let index = self.definition(NameSpace::Material, name, place, known);
+        let found = index.and_then(|index| self.made.named_materials.get(index));
+        if let Some(Some(material)) = found {
+            if self.made.textured.contains(material) {
+                self.note_texture();
+            }
             return *material;
         }
         // Old files name the absence of a material in this way.
@@ -69,7 +83,7 @@ impl Builder<'_> {
             return self.clear();
         }
         let message = format!("no material has the name `{}`", name.value);
-        let known = self.made.named_materials.keys().map(String::as_str);
+        let known = known.keys().map(String::as_str);
         self.sink.error(unresolved(name, message, known));
         self.diffuse_default()
     }
@@ -91,6 +105,7 @@ impl Builder<'_> {
 
     /// Adds a material: the plugin `kind` with the parameters of `entity`.
     pub(super) fn material(&mut self, entity: &Entity<'_>, kind: &Text) -> MaterialId {
+        let uses = self.texture_uses.get();
         let material = match kind.value.as_str() {
             "diffuse" => {
                 let reflectance = self.reflectance(entity, "reflectance", 0.5);
@@ -130,6 +145,9 @@ impl Builder<'_> {
         };
         let material = self.with_relief(entity, material);
         entity.params.finish(self.is_v3);
+        if self.texture_uses.get() != uses {
+            self.made.textured.insert(material);
+        }
         material
     }
 
@@ -257,15 +275,13 @@ impl Builder<'_> {
             ([names.first().cloned(), names.last().cloned()], false)
         };
         let [first, second] = names.map(|name| match name {
-            Some(name) => self.named_material(&name),
+            Some(name) => self.named_material(&name, entity.place),
             None => self.diffuse_default(),
         });
+        if amount_of_first || self.is_v3 {
+            return self.v3_mix(entity, first, second);
+        }
         let weight = self.float_input(entity, "amount", 0.5);
-        let (first, second) = if amount_of_first {
-            (second, first)
-        } else {
-            (first, second)
-        };
         self.blend(weight, first, second)
     }
 
@@ -338,6 +354,7 @@ impl Builder<'_> {
         let path = entity.find_file(name, "normal map")?;
         let map = bitmap(Filtering::Bilinear, [Wrap::Repeat; 2], flip_v());
         let texture = self.desc.add(map);
+        self.note_texture();
         self.assets
             .add_texture_image(texture, path, Transfer::Raw, Channel::All, name.span);
         Some(texture)

@@ -15,6 +15,8 @@ use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, TexturePoint, W
 use std::cell::RefCell;
 use std::rc::Rc;
 
+/// The prefix of the parameters of surfaces that PBRT v3 never treats as smooth.
+const ALWAYS_ROUGH: &str = "always rough";
 /// Alpha below which PBRT treats a surface as smooth.
 const SMOOTH: f32 = 1e-3;
 
@@ -63,6 +65,7 @@ impl Builder<'_> {
         let v = self.maybe_float_input(entity, names[2]).unwrap_or(both);
         let remap = entity.params.boolean("remaproughness", true);
         let smooth_in_v3 = self.is_v3
+            && prefix != ALWAYS_ROUGH
             && [u, v]
                 .iter()
                 .all(|input| *input == FloatInput::Constant(0.0));
@@ -73,7 +76,8 @@ impl Builder<'_> {
             self.alpha(entity, v, remap)
         };
         let is_smooth = |input| matches!(input, FloatInput::Constant(alpha) if alpha < SMOOTH);
-        if smooth_in_v3 || is_smooth(alpha_u) && is_smooth(alpha_v) {
+        let is_smooth = smooth_in_v3 || is_smooth(alpha_u) && is_smooth(alpha_v);
+        if is_smooth && prefix != ALWAYS_ROUGH {
             return None;
         }
         let limited = |input| match input {
@@ -85,6 +89,16 @@ impl Builder<'_> {
             alpha_u: limited(alpha_u),
             alpha_v: limited(alpha_v),
         })
+    }
+
+    /// The roughness of a surface of PBRT v3 whose microfacets have one at 0, too.
+    pub(super) fn facets(&mut self, entity: &Entity<'_>, default: f32) -> Roughness {
+        self.roughness(entity, ALWAYS_ROUGH, default)
+            .unwrap_or(Roughness {
+                distribution: Distribution::Ggx,
+                alpha_u: FloatInput::Constant(SMOOTH),
+                alpha_v: FloatInput::Constant(SMOOTH),
+            })
     }
 
     /// Alpha of a roughness.

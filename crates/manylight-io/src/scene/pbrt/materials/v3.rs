@@ -1,32 +1,39 @@
 //! Materials of PBRT v3, each as the material that comes nearest. One warning names it.
 
-use super::super::super::description::{Additions, WHITE, scaled};
+use super::super::super::description::{Additions, WHITE, product};
 use super::super::super::parameters::Parameters;
 use super::super::super::sink::{Problem, Text};
 use super::super::builder::Builder;
 use super::super::entities::Entity;
 use super::conductors::mirror;
+use super::sums::{Part, is_black};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::{Distribution, PrincipledMaterial};
+use manylight::bsdf::material::{Distribution, PrincipledMaterial, PrincipledThinMaterial};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
 
+/// Index of refraction of PBRT v3's `plastic` and `translucent`.
+const COAT_INDEX: f32 = 1.5;
+
 /// Names that only PBRT v3 has, and what they become.
 const MATERIALS: [(&str, &str); 11] = [
     ("disney", "the model of the same name"),
-    ("fourier", "gray `conductor`"),
+    ("fourier", "gray `diffuse`; its table is not read"),
     ("glass", "`dielectric`"),
     ("kdsubsurface", "`coateddiffuse`"),
     ("matte", "`diffuse`"),
     ("metal", "`conductor`"),
     ("mirror", "`conductor` of constant reflectance"),
-    ("plastic", "`coateddiffuse`"),
-    ("substrate", "`coateddiffuse`"),
-    ("translucent", "`diffusetransmission`"),
+    ("plastic", "the sum of `diffuse` and microfacets"),
+    ("substrate", "the model of the same name"),
+    (
+        "translucent",
+        "the sum of `diffusetransmission` and rough `dielectric`",
+    ),
     (
         "uber",
-        "`coateddiffuse`, blended with `dielectric` and a mirror",
+        "the sum of `diffuse`, microfacets and smooth `dielectric`",
     ),
 ];
 
@@ -53,10 +60,10 @@ impl Builder<'_> {
             "matte" => self.matte(entity),
             "glass" => self.glass(entity),
             "metal" => {
-                let roughness = self.roughness(entity, "", 0.01);
+                let roughness = self.facets(entity, 0.01);
                 let mut metal = self.conductor(entity, "");
                 if let Material::Conductor { roughness: own, .. } = &mut metal {
-                    *own = roughness;
+                    *own = Some(roughness);
                 }
                 self.both_sides(metal)
             }
@@ -64,7 +71,8 @@ impl Builder<'_> {
                 let reflectance = self.reflectance(entity, "Kr", 0.9);
                 self.both_sides(mirror(reflectance, None))
             }
-            "plastic" | "uber" => self.uber(entity),
+            "plastic" => self.v3_plastic(entity),
+            "uber" => self.uber(entity),
             "substrate" => self.substrate(entity),
             "translucent" => self.translucent(entity),
             "disney" => self.disney(entity),
@@ -74,12 +82,17 @@ impl Builder<'_> {
                 let material = self.coat(entity, reflectance, WHITE, 1.3, 0.0);
                 self.both_sides(material)
             }
-            _ => {
-                entity.params.ignore_all();
-                let gray = ColorInput::Constant(Rgb::splat(0.5));
-                self.both_sides(mirror(gray, None))
-            }
+            _ => self.fourier(entity),
         }
+    }
+
+    /// A measured material. Its file must be there, as all files that a scene names.
+    fn fourier(&mut self, entity: &Entity<'_>) -> MaterialId {
+        if let Some(name) = entity.params.string("bsdffile") {
+            entity.find_file(name, "table of the material");
+        }
+        entity.params.ignore_all();
+        self.diffuse(ColorInput::Constant(Rgb::splat(0.5)))
     }
 
     fn matte(&mut self, entity: &Entity<'_>) -> MaterialId {
@@ -132,74 +145,103 @@ impl Builder<'_> {
         }
     }
 
-    /// `plastic`, and `uber` with mirror reflection, transmission and opacity.
-    fn uber(&mut self, entity: &Entity<'_>) -> MaterialId {
+    /// The diffuse part `Kd` and the microfacets `Ks` of a surface with the index `eta`.
+    fn base_and_facets(&mut self, entity: &Entity<'_>, eta: f32) -> Vec<Part> {
         let base = self.reflectance(entity, "Kd", 0.25);
         let specular = self.reflectance(entity, "Ks", 0.25);
-        let index = self.eta(entity, "index", 1.5);
+        let facets = self.facets(entity, 0.1);
+        let mut parts = Vec::new();
+        if !is_black(base) {
+            parts.push(Part::reflecting(Material::Diffuse { reflectance: base }));
+        }
+        if !is_black(specular) {
+            let facets = Self::dielectric_reflection(eta, specular, Some(facets));
+            parts.push(Part::reflecting(facets));
+        }
+        parts
+    }
+
+    fn v3_plastic(&mut self, entity: &Entity<'_>) -> MaterialId {
+        let parts = self.base_and_facets(entity, COAT_INDEX);
+        self.sum(parts)
+    }
+
+    /// Diffuse part and microfacets, mirror reflection and refraction, all times the opacity.
+    fn uber(&mut self, entity: &Entity<'_>) -> MaterialId {
+        let index = self.eta(entity, "index", COAT_INDEX);
         let eta = self.eta(entity, "eta", index);
-        let coat = self.coat(entity, base, specular, eta, 0.1);
-        let mut material = self.both_sides(coat);
-        let mirror_part = self.reflectance(entity, "Kr", 0.0);
-        let clear_part = self.reflectance(entity, "Kt", 0.0);
-        if let ColorInput::Constant(color) = mirror_part
-            && !color.is_black()
-        {
-            let second = self.both_sides(mirror(WHITE, None));
-            material = self.blend(FloatInput::Constant(color.max_channel()), material, second);
-        }
-        if let ColorInput::Constant(color) = clear_part
-            && !color.is_black()
-        {
-            let second = self.desc.add(Material::Dielectric {
+        let mut parts = self.base_and_facets(entity, eta);
+        let reflection = self.reflectance(entity, "Kr", 0.0);
+        let transmission = self.reflectance(entity, "Kt", 0.0);
+        if !is_black(transmission) {
+            parts.push(Part::transmitting(Material::Dielectric {
                 eta,
-                specular_reflectance: WHITE,
-                specular_transmittance: ColorInput::Constant(color / color.max_channel()),
+                specular_reflectance: reflection,
+                specular_transmittance: transmission,
                 roughness: None,
-            });
-            material = self.blend(FloatInput::Constant(color.max_channel()), material, second);
+            }));
+        } else if !is_black(reflection) {
+            let mirror = Self::dielectric_reflection(eta, reflection, None);
+            parts.push(Part::reflecting(mirror));
         }
-        let opacity = match self.reflectance(entity, "opacity", 1.0) {
-            ColorInput::Constant(color) => FloatInput::Constant(color.luminance()),
-            ColorInput::Texture(id) => FloatInput::Texture(id),
-        };
-        self.masked(material, opacity)
+        self.with_opacity(entity, parts)
     }
 
-    /// A coat whose reflectance at normal incidence is `Ks`.
     fn substrate(&mut self, entity: &Entity<'_>) -> MaterialId {
-        /// Largest reflectance of a coat, as a bound of its index of refraction.
-        const MAX_REFLECTANCE: f32 = 0.9;
-        let base = self.reflectance(entity, "Kd", 0.5);
-        let specular = self.luminance(entity, "Ks");
-        let root = specular.clamp(0.0, MAX_REFLECTANCE).sqrt();
-        let eta = ((1.0 + root) / (1.0 - root)).max(1.01);
-        let coat = self.coat(entity, base, WHITE, eta, 0.1);
-        self.both_sides(coat)
+        let diffuse_reflectance = self.reflectance(entity, "Kd", 0.5);
+        let specular_reflectance = self.reflectance(entity, "Ks", 0.5);
+        let roughness = self.facets(entity, 0.1);
+        self.both_sides(Material::Substrate {
+            diffuse_reflectance,
+            specular_reflectance,
+            roughness,
+        })
     }
 
+    /// Diffuse and rough reflection, both times `reflect`, and the same of transmission.
     fn translucent(&mut self, entity: &Entity<'_>) -> MaterialId {
         let base = self.reflectance(entity, "Kd", 0.25);
-        entity.params.ignore(&["Ks", "roughness", "remaproughness"]);
-        let reflect = self.luminance(entity, "reflect");
-        let transmit = self.luminance(entity, "transmit");
-        let reflectance = scaled(&mut self.desc.textures, base, reflect);
-        let transmittance = scaled(&mut self.desc.textures, base, transmit);
-        self.transmitting_diffuse(reflectance, transmittance)
-    }
-
-    /// The luminance of a reflectance, 0.5 by default and of textures.
-    fn luminance(&mut self, entity: &Entity<'_>, name: &'static str) -> f32 {
-        match self.reflectance(entity, name, 0.5) {
-            ColorInput::Constant(color) => color.luminance(),
-            ColorInput::Texture(_) => 0.5,
+        let specular = self.reflectance(entity, "Ks", 0.25);
+        let facets = self.facets(entity, 0.1);
+        let reflect = self.reflectance(entity, "reflect", 0.5);
+        let transmit = self.reflectance(entity, "transmit", 0.5);
+        let mut times = |a, b| product(&mut self.desc.textures, a, b);
+        let reflectance = times(base, reflect);
+        let transmittance = times(base, transmit);
+        let [specular_reflectance, specular_transmittance] =
+            [reflect, transmit].map(|factor| times(specular, factor));
+        let mut parts = Vec::new();
+        if !is_black(reflectance) {
+            parts.push(Part::reflecting(Material::Diffuse { reflectance }));
         }
+        if !is_black(transmittance) {
+            let transmitter = Material::DiffuseTransmitter { transmittance };
+            parts.push(Part::transmitting(transmitter));
+        }
+        if !is_black(specular_transmittance) {
+            parts.push(Part::transmitting(Material::Dielectric {
+                eta: COAT_INDEX,
+                specular_reflectance,
+                specular_transmittance,
+                roughness: Some(facets),
+            }));
+        } else if !is_black(specular_reflectance) {
+            let facets =
+                Self::dielectric_reflection(COAT_INDEX, specular_reflectance, Some(facets));
+            parts.push(Part::reflecting(facets));
+        }
+        self.sum(parts)
     }
 
     fn disney(&mut self, entity: &Entity<'_>) -> MaterialId {
-        entity
-            .params
-            .ignore(&["scatterdistance", "thin", "difftrans"]);
+        if entity.params.boolean("thin", false) {
+            return self.thin_disney(entity);
+        }
+        if entity.params.has("scatterdistance") {
+            let message = "`scatterdistance` of material `disney` is ignored";
+            entity.params.unsupported("scatterdistance", message);
+        }
+        entity.params.ignore(&["scatterdistance", "difftrans"]);
         let base_color = self.reflectance(entity, "color", 0.5);
         let float = |name, default| self.float_input(entity, name, default);
         let principled = PrincipledMaterial {
@@ -227,5 +269,26 @@ impl Builder<'_> {
         } else {
             self.both_sides(material)
         }
+    }
+    /// The model of thin surfaces.
+    fn thin_disney(&mut self, entity: &Entity<'_>) -> MaterialId {
+        let coat = ["scatterdistance", "clearcoat", "clearcoatgloss", "metallic"];
+        entity.params.ignore(&coat);
+        let base_color = self.reflectance(entity, "color", 0.5);
+        let eta = self.eta(entity, "eta", 1.5);
+        let float = |name, default| self.float_input(entity, name, default);
+        let thin = PrincipledThinMaterial {
+            roughness: float("roughness", 0.5),
+            anisotropic: float("anisotropic", 0.0),
+            spec_trans: float("spectrans", 0.0),
+            eta: FloatInput::Constant(eta),
+            spec_tint: float("speculartint", 0.0),
+            sheen: float("sheen", 0.0),
+            sheen_tint: float("sheentint", 0.5),
+            flatness: float("flatness", 0.0),
+            diff_trans: float("difftrans", 1.0),
+            base_color,
+        };
+        self.desc.add(Material::PrincipledThin(Box::new(thin)))
     }
 }

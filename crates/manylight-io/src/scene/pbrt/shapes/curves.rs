@@ -4,6 +4,7 @@ use super::super::super::description::Additions;
 use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::tubes::{Ring, TubeDetail, add_tube, spline};
 use super::super::builder::{Builder, PendingCurves};
+use super::super::elements::Elements;
 use super::super::entities::{MaterialRef, ShapeEntity};
 use super::super::transforms::mirrors;
 use super::tessellation::append;
@@ -12,6 +13,7 @@ use manylight::geometry::{Mesh, Shape};
 use manylight::ids::ShapeId;
 use manylight::math::{Frame, Vec2, Vec3, Vec4};
 use manylight::scene::PrimitiveDesc;
+use std::f32::consts::PI;
 
 /// Files of PBRT have a curve for each hair.
 const DETAIL: TubeDetail = TubeDetail::COARSE;
@@ -46,7 +48,8 @@ impl Builder<'_> {
             shape.entity.params.finish(self.is_v3);
             return;
         }
-        let material = self.surface(shape);
+        let opacity = self.opacity(shape);
+        let material = self.surface(shape, opacity);
         shape.entity.params.finish(self.is_v3);
         self.curves = Some(PendingCurves {
             mesh,
@@ -72,6 +75,18 @@ impl Builder<'_> {
             shape,
             ..pending.primitive
         })
+    }
+
+    /// The shapes of a curve in PBRT: ribbons along parts of its segments.
+    pub(super) fn curve_elements(&self, shape: &ShapeEntity<'_>) -> Elements {
+        /// Most halvings of a segment: their number of parts is a number that `f32` represents.
+        const MAX_HALVINGS: i32 = 24;
+        let halvings = shape.entity.params.integer("splitdepth", 3, 0);
+        Elements::Equal {
+            triangles: DETAIL.pieces * DETAIL.sides * 2,
+            // The area of the tube is π times that of the ribbon in its place.
+            power: PI * 2.0f32.powi(halvings.min(MAX_HALVINGS)),
+        }
     }
 
     /// The tube around one curve, in object space.
@@ -122,7 +137,7 @@ fn same_surface(a: &MaterialRef, b: &MaterialRef) -> bool {
     match (a, b) {
         (MaterialRef::Default, MaterialRef::Default) => true,
         (MaterialRef::Index(a), MaterialRef::Index(b)) => a == b,
-        (MaterialRef::Named(a), MaterialRef::Named(b)) => a.value == b.value,
+        (MaterialRef::Named(a, p), MaterialRef::Named(b, q)) => a.value == b.value && p == q,
         _ => false,
     }
 }

@@ -3,12 +3,15 @@
 use super::super::super::assets::{MeshContent, MeshRequest, Normals};
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
+use super::super::elements::Elements;
 use super::super::entities::ShapeEntity;
+use super::super::param_types::ParamType;
 use super::super::transforms::mirrors;
 use super::tessellation::{Geometry, append, grid};
 use crate::mesh::MeshFormat;
-use manylight::geometry::Mesh;
+use manylight::geometry::{Mesh, Shape};
 use manylight::math::{Vec2, Vec3};
+use manylight::scene::SceneDesc;
 
 /// Cells along each edge of a patch that is not flat.
 const PATCH_CELLS: usize = 8;
@@ -17,8 +20,11 @@ impl Builder<'_> {
     pub(super) fn triangle_mesh(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
         let params = &shape.entity.params;
         params.ignore(&["faceIndices", "S", "edgelength"]);
-        let mesh = self.triangle_list(shape)?;
-        self.add_mesh(shape, mesh)
+        let mut mesh = self.triangle_list(shape)?;
+        if self.needs_coordinates(shape) {
+            add_coordinates(&mut mesh);
+        }
+        self.add_mesh(shape, mesh, Elements::Triangles)
     }
 
     /// Vertices and triangles.
@@ -115,13 +121,32 @@ impl Builder<'_> {
                 mirrored: mirrors(entity.transform),
             },
         };
+        let needs_coordinates = self.needs_coordinates(shape);
         let shapes = &mut self.desc.shapes;
-        let shape = self.assets.mesh(request, name.span, shapes);
+        let id = self.assets.mesh(request, name.span, shapes);
+        if needs_coordinates {
+            self.after_loading(move |desc: &mut SceneDesc| {
+                if let Shape::Mesh(mesh) = &mut desc.shapes[id.index()] {
+                    add_coordinates(mesh);
+                }
+            });
+        }
         Some(Geometry {
-            shape,
+            shape: id,
             world_from_object,
             is_reversed: false,
+            elements: Elements::Triangles,
         })
+    }
+
+    /// Whether a mesh must have texture coordinates.
+    fn needs_coordinates(&mut self, shape: &ShapeEntity<'_>) -> bool {
+        let material = self.resolve_material(&shape.material);
+        let light = shape.area_light.as_deref();
+        let alpha = shape.entity.params.get("alpha");
+        self.made.textured.contains(&material)
+            || light.is_some_and(|light| light.params.has("filename"))
+            || alpha.is_some_and(|alpha| alpha.ty == ParamType::Texture)
     }
 
     /// Bilinear patches. Flat parallelograms are two triangles, other patches are grids.
@@ -137,14 +162,16 @@ impl Builder<'_> {
         let patches = self.elements::<4>(shape, vertices.positions.len())?;
         let mut mesh = Mesh::default();
         let has_normals = !vertices.normals.is_empty();
+        let mut runs = Vec::with_capacity(patches.len());
         for patch in patches {
             let piece = patch_mesh(&vertices, patch);
+            runs.push(piece.triangles.len() as u32);
             append(&mut mesh, piece);
         }
         if !has_normals {
             mesh.normals = Vec::new();
         }
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Runs(runs))
     }
 
     pub(super) fn height_field(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
@@ -164,7 +191,32 @@ impl Builder<'_> {
             (Vec3::new(u, v, z), Vec3::Z)
         });
         mesh.normals = Vec::new();
-        self.add_mesh(shape, mesh)
+        self.add_mesh(shape, mesh, Elements::Triangles)
+    }
+}
+
+/// Gives a mesh without texture coordinates those of PBRT: (0, 0), (1, 0) and (1, 1) at the corners
+/// of every triangle, which gets its own vertices.
+fn add_coordinates(mesh: &mut Mesh) {
+    if !mesh.uvs.is_empty() {
+        return;
+    }
+    let corners: Vec<usize> = mesh
+        .triangles
+        .iter()
+        .flatten()
+        .map(|i| *i as usize)
+        .collect();
+    let at_corners = |values: &[Vec3]| -> Vec<Vec3> {
+        let filled = corners.iter().filter(|_| !values.is_empty());
+        filled.map(|i| values[*i]).collect()
+    };
+    mesh.positions = at_corners(&mesh.positions);
+    mesh.normals = at_corners(&mesh.normals);
+    mesh.tangents = at_corners(&mesh.tangents);
+    mesh.uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE].repeat(mesh.triangles.len());
+    for (triangle, first) in mesh.triangles.iter_mut().zip((0..).step_by(3)) {
+        *triangle = [first, first + 1, first + 2];
     }
 }
 

@@ -6,13 +6,16 @@ mod quadrics;
 mod subdivision;
 mod tessellation;
 
-use super::super::description::Additions;
+use super::super::description::{Additions, add_front_alone, faded_radiance};
 use super::super::parameters::Parameters;
 use super::super::sink::Problem;
 use super::builder::Builder;
+use super::elements::Elements;
 use super::entities::ShapeEntity;
+use super::lights::{AreaLight, EmittingSurface};
 use super::transforms::mirrors;
 use crate::mesh::{orient_to_normals, smooth_normals};
+use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::MaterialId;
 use manylight::math::{Affine3A, Vec3};
@@ -78,12 +81,14 @@ impl Builder<'_> {
     /// The primitives of a shape: none if it is ignored or invalid, two if both sides emit.
     fn primitives(&mut self, shape: &ShapeEntity<'_>, in_group: bool) -> Vec<PrimitiveDesc> {
         let geometry = self.geometry(shape);
-        let material = self.surface(shape);
+        let opacity = self.opacity(shape);
+        let mut material = self.surface(shape, opacity);
         shape.entity.params.finish(self.is_v3);
         let Some(Geometry {
             shape: id,
             world_from_object,
             is_reversed,
+            elements,
         }) = geometry
         else {
             return Vec::new();
@@ -95,7 +100,25 @@ impl Builder<'_> {
             let problem = Problem::new("scene::emitter_in_group", span, message);
             self.sink.warn_once("emitter in object", problem);
         } else {
-            light = self.area_light(shape, id, &world_from_object);
+            let surface = EmittingSurface {
+                shape: id,
+                world_from_object,
+                elements,
+            };
+            light = self.area_light(shape, surface);
+        }
+        if let (Some(AreaLight { emitter, two_sided }), Some(opacity)) = (&light, opacity) {
+            let emitter = *emitter;
+            // After the power, which does not depend on the opacity.
+            self.after_loading(move |desc: &mut SceneDesc| {
+                if let Emitter::Area { radiance } = desc.emitters[emitter.index()] {
+                    let radiance = faded_radiance(&mut desc.textures, radiance, opacity);
+                    desc.emitters[emitter.index()] = Emitter::Area { radiance };
+                }
+            });
+            if *two_sided {
+                material = add_front_alone(&mut self.desc.materials, material);
+            }
         }
         let front = PrimitiveDesc {
             name: self.shape_name(shape),
@@ -120,19 +143,25 @@ impl Builder<'_> {
         self.shape_names.of_shape(file, &params.plugin.value)
     }
 
-    /// The material of a shape behind its opacity.
-    fn surface(&mut self, shape: &ShapeEntity<'_>) -> MaterialId {
-        let material = self.resolve_material(&shape.material);
+    /// The opacity of a shape, if it has one.
+    fn opacity(&mut self, shape: &ShapeEntity<'_>) -> Option<FloatInput> {
         let params = &shape.entity.params;
         params.ignore(&["shadowalpha"]);
-        let Some(opacity) = self.maybe_float_input(&shape.entity, "alpha") else {
-            return material;
-        };
+        let opacity = self.maybe_float_input(&shape.entity, "alpha")?;
         if opacity == FloatInput::Constant(0.0) && shape.area_light.is_some() {
             let message = "an emitter with `alpha` 0 is invisible in PBRT; it is visible here";
             params.unsupported("invisible emitter", message);
-            return material;
+            return None;
         }
+        (opacity != FloatInput::Constant(1.0)).then_some(opacity)
+    }
+
+    /// The material of a shape behind its opacity.
+    fn surface(&mut self, shape: &ShapeEntity<'_>, opacity: Option<FloatInput>) -> MaterialId {
+        let material = self.resolve_material(&shape.material);
+        let Some(opacity) = opacity else {
+            return material;
+        };
         let key = (material, format!("{opacity:?}"));
         if let Some(masked) = self.made.masks.get(&key) {
             return *masked;
@@ -143,19 +172,30 @@ impl Builder<'_> {
     }
 
     /// Adds a mesh in object space.
-    fn add_mesh(&mut self, shape: &ShapeEntity<'_>, mut mesh: Mesh) -> Option<Geometry> {
+    fn add_mesh(
+        &mut self,
+        shape: &ShapeEntity<'_>,
+        mut mesh: Mesh,
+        elements: Elements,
+    ) -> Option<Geometry> {
         let world_from_object = self.world_of_shape(shape)?;
         orient_to_normals(&mut mesh, mirrors(shape.entity.transform));
         Some(Geometry {
             shape: self.desc.add(Shape::Mesh(mesh)),
             world_from_object,
             is_reversed: false,
+            elements,
         })
     }
 
     /// Adds the mesh of a surface that the file describes by some numbers. `None` if there are too
     /// many of them, which is reported.
-    fn add_tessellated(&mut self, shape: &ShapeEntity<'_>, mesh: Mesh) -> Option<Geometry> {
+    fn add_tessellated(
+        &mut self,
+        shape: &ShapeEntity<'_>,
+        mesh: Mesh,
+        elements: Elements,
+    ) -> Option<Geometry> {
         let bytes = size_of_val(&mesh.positions[..])
             + size_of_val(&mesh.normals[..])
             + size_of_val(&mesh.uvs[..])
@@ -170,7 +210,7 @@ impl Builder<'_> {
             exceeded.report(self.sink, "scene::too_many_triangles", span);
             return None;
         }
-        self.add_mesh(shape, mesh)
+        self.add_mesh(shape, mesh, elements)
     }
 
     fn world_of_shape(&self, shape: &ShapeEntity<'_>) -> Option<Affine3A> {
@@ -193,7 +233,8 @@ impl Builder<'_> {
             "loopsubdiv" => self.subdivision_surface(shape),
             "curve" => {
                 let mesh = self.curve_mesh(shape)?;
-                self.add_tessellated(shape, mesh)
+                let elements = self.curve_elements(shape);
+                self.add_tessellated(shape, mesh, elements)
             }
             "nurbs" => {
                 let message = "shape `nurbs` is not supported; it is ignored";

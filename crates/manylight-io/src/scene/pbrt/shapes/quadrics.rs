@@ -2,9 +2,11 @@
 //! has the form, parts are tessellated.
 
 use super::super::super::description::{Additions, add};
-use super::super::super::parameters::Numbers;
+use super::super::super::parameters::{Numbers, Parameters};
 use super::super::builder::Builder;
+use super::super::elements::Elements;
 use super::super::entities::{MaterialRef, ShapeEntity};
+use super::super::param_types::ParamType;
 use super::super::transforms::mirrors;
 use super::tessellation::{Geometry, grid};
 use manylight::geometry::{Mesh, Shape};
@@ -51,6 +53,7 @@ impl Builder<'_> {
                 world_from_object: world * upward,
                 // The normals of mirrored spheres point inwards.
                 is_reversed: !mirrors(shape.entity.transform),
+                elements: Elements::Whole,
             });
         }
         let (theta_low, theta_high) = ((low / radius).acos(), (high / radius).acos());
@@ -60,7 +63,7 @@ impl Builder<'_> {
             let n = Vec3::new(theta.sin() * cos_phi, theta.sin() * sin_phi, theta.cos());
             (n * radius, n)
         });
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Whole)
     }
 
     pub(super) fn disk(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
@@ -88,6 +91,7 @@ impl Builder<'_> {
                 shape: *disk,
                 world_from_object: world * placed,
                 is_reversed: false,
+                elements: Elements::Whole,
             });
         }
         let mesh = grid([around(phi_max), ALONG_STRAIGHT], |u, v| {
@@ -95,14 +99,18 @@ impl Builder<'_> {
             let (sin, cos) = (u * phi_max).sin_cos();
             (Vec3::new(r * cos, r * sin, height), Vec3::Z)
         });
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Whole)
     }
 
-    /// Whether the shape has an opacity or a material of which parts may be textures.
+    /// Whether the shape has an emission, an opacity or a material of which parts may be textures.
     fn is_textured(&self, shape: &ShapeEntity<'_>) -> bool {
-        !self.desc.textures.is_empty()
-            && shape.area_light.is_none()
-            && !matches!(shape.material, MaterialRef::Default)
+        let light = shape.area_light.as_deref();
+        let alpha = shape.entity.params.get("alpha");
+        light.is_some_and(|light| light.params.has("filename"))
+            || alpha.is_some_and(|alpha| alpha.ty == ParamType::Texture)
+            || !self.desc.textures.is_empty()
+                && light.is_none()
+                && !matches!(shape.material, MaterialRef::Default)
     }
 
     pub(super) fn cylinder(&mut self, shape: &ShapeEntity<'_>) -> Option<Geometry> {
@@ -127,13 +135,14 @@ impl Builder<'_> {
                 shape: self.desc.add(shape),
                 world_from_object,
                 is_reversed: false,
+                elements: Elements::Whole,
             });
         }
         let mesh = revolved(phi_max, ALONG_STRAIGHT, |v| {
             let z = low + v * (high - low);
             ([radius, z], [1.0, 0.0])
         });
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Whole)
     }
 
     /// Cones, paraboloids and hyperboloids.
@@ -176,7 +185,7 @@ impl Builder<'_> {
                 })
             }
         };
-        self.add_tessellated(shape, mesh)
+        self.add_tessellated(shape, mesh, Elements::Whole)
     }
 }
 

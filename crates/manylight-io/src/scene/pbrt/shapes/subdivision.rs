@@ -5,6 +5,7 @@
 
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
+use super::super::elements::Elements;
 use super::super::entities::ShapeEntity;
 use super::tessellation::Geometry;
 use manylight::geometry::Mesh;
@@ -56,7 +57,7 @@ impl Builder<'_> {
         for _ in 0..levels {
             control = control.subdivided();
         }
-        self.add_tessellated(shape, control.limit())
+        self.add_tessellated(shape, control.limit(), Elements::Triangles)
     }
 }
 

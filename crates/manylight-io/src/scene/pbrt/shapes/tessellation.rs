@@ -1,5 +1,6 @@
 //! The geometry of shapes, and meshes of parametric surfaces.
 
+use super::super::elements::Elements;
 use manylight::geometry::Mesh;
 use manylight::ids::ShapeId;
 use manylight::math::{Affine3A, Vec2, Vec3};
@@ -10,6 +11,8 @@ pub(super) struct Geometry {
     pub(super) world_from_object: Affine3A,
     /// Whether the normals of the core point to the other side than those of PBRT.
     pub(super) is_reversed: bool,
+    /// The shapes that PBRT makes of it.
+    pub(super) elements: Elements,
 }
 
 /// Appends a mesh.

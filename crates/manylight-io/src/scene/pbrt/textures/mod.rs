@@ -5,8 +5,9 @@ mod solid;
 
 use super::super::description::{Additions, as_color, as_float, product};
 use super::super::parameters::{Numbers, Parameters, unresolved};
-use super::super::sink::{Problem, Text};
-use super::builder::Builder;
+use super::super::sink::Problem;
+use super::bindings::NameSpace;
+use super::builder::{Builder, Made};
 use super::colors::ColorUse;
 use super::entities::{Entity, Named, TextureEntity};
 use super::param_types::{Param, ParamType, Values};
@@ -14,7 +15,6 @@ use manylight::color::Rgb;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Pattern, Texture, Wrap};
-use std::collections::HashMap;
 
 pub(super) const SUPPORTED: &[&str] = &[
     "bilerp",
@@ -26,6 +26,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "marble",
     "mix",
     "scale",
+    "uv",
     "windy",
     "wrinkled",
 ];
@@ -42,11 +43,15 @@ impl Builder<'_> {
         } = &named.value;
         let input = self.texture_input(entity, *is_spectrum);
         entity.params.finish(self.is_v3);
-        let name = named.name.value.clone();
-        if *is_spectrum {
-            self.made.spectrum_textures.insert(name, input);
-        } else {
-            self.made.float_textures.insert(name, as_float(input));
+        let index = self.made.textures.len();
+        self.made.textures.push(input);
+        let names = match is_spectrum {
+            true => &mut self.made.spectrum_textures,
+            false => &mut self.made.float_textures,
+        };
+        let former = names.insert(named.name.value.clone(), index);
+        if former.is_some() && !self.is_v3 {
+            self.defined_twice("texture", &named.name);
         }
     }
 
@@ -80,6 +85,7 @@ impl Builder<'_> {
                 .image_map(entity, is_spectrum)
                 .unwrap_or(ColorInput::Constant(Rgb::splat(0.5))),
             "dots" => self.dots(entity, is_spectrum),
+            "uv" if is_spectrum => self.texture_coordinates(entity),
             _ => match self.noise(entity) {
                 Some(noise) => noise,
                 None => self.constant_texture(entity, is_spectrum),
@@ -159,6 +165,37 @@ impl Builder<'_> {
         ColorInput::Texture(self.at_mapped_uv(mapping, square))
     }
 
+    /// PBRT v3's `uv`: the fractions of u and v as red and green.
+    fn texture_coordinates(&mut self, entity: &Entity<'_>) -> ColorInput {
+        /// Steps of a fraction.
+        const STEPS: usize = 4096;
+        let mapping = self.mapping(entity);
+        let [red, green] = [0, 1].map(|channel| {
+            // The mean of two ramps is the color.
+            let value = |i: usize| 2.0 * (i as f32 + 0.5) / STEPS as f32;
+            let texel = |i: usize| (0..3).map(move |c| if c == channel { value(i) } else { 0.0 });
+            let [width, height] = if channel == 0 { [STEPS, 1] } else { [1, STEPS] };
+            let ramp = self.desc.add(Texture::Bitmap(Bitmap {
+                image: Image {
+                    width,
+                    height,
+                    channels: 3,
+                    data: (0..STEPS).flat_map(texel).collect(),
+                },
+                filtering: Filtering::Nearest,
+                wrap: [Wrap::Repeat; 2],
+                uv_transform: mapping.uv_transform,
+            }));
+            ColorInput::Texture(ramp)
+        });
+        let both = self.desc.add(Texture::Mix {
+            first: red,
+            second: green,
+            weight: FloatInput::Constant(0.5),
+        });
+        ColorInput::Texture(self.at_mapped_uv(mapping, both))
+    }
+
     /// The substitute of a class that is not supported: the mean of its inputs, with one warning.
     /// Unknown classes are reported.
     fn constant_texture(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
@@ -189,12 +226,12 @@ impl Builder<'_> {
     }
 
     /// The texture that `param` names. `None` if there is none, which is reported.
-    fn referenced<T: Copy>(
+    fn referenced(
         &self,
+        entity: &Entity<'_>,
         param: &Param,
-        textures: &HashMap<String, T>,
-        kind: &str,
-    ) -> Option<T> {
+        is_spectrum: bool,
+    ) -> Option<ColorInput> {
         let Values::Strings(names) = &param.values else {
             return None;
         };
@@ -203,25 +240,33 @@ impl Builder<'_> {
             self.sink.error_at("scene::bad_value", param.span, message);
             return None;
         };
-        let found = textures.get(&name.value);
-        if found.is_none() {
-            self.unknown_texture(name, textures.keys().map(String::as_str), kind);
-        }
-        found.copied()
-    }
-
-    fn unknown_texture<'n>(&self, name: &Text, known: impl Iterator<Item = &'n str>, kind: &str) {
-        let other_kind = match kind {
-            "float" => self.made.spectrum_textures.contains_key(&name.value),
-            _ => self.made.float_textures.contains_key(&name.value),
+        let Made {
+            float_textures,
+            spectrum_textures,
+            ..
+        } = &self.made;
+        let (known, others) = match is_spectrum {
+            true => (spectrum_textures, float_textures),
+            false => (float_textures, spectrum_textures),
         };
-        let message = format!("no {kind} texture has the name `{}`", name.value);
-        let problem = unresolved(name, message, known);
-        self.sink.error(if other_kind {
-            problem.help("the texture with this name has the other type")
-        } else {
-            problem
-        });
+        let space = NameSpace::of_textures(is_spectrum);
+        let found = self.definition(space, name, entity.place, known);
+        // A texture that refers to itself is not there yet.
+        let texture = found.and_then(|index| self.made.textures.get(index));
+        if texture.is_none() {
+            let kind = if is_spectrum { "spectrum" } else { "float" };
+            let message = format!("no {kind} texture has the name `{}`", name.value);
+            let problem = unresolved(name, message, known.keys().map(String::as_str));
+            self.sink.error(if others.contains_key(&name.value) {
+                problem.help("the texture with this name has the other type")
+            } else {
+                problem
+            });
+        }
+        if let Some(ColorInput::Texture(_)) = texture {
+            self.note_texture();
+        }
+        texture.copied()
     }
 
     /// The parameter `name` as a color or texture, if it is given.
@@ -233,7 +278,7 @@ impl Builder<'_> {
     ) -> Option<ColorInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(param, &self.made.spectrum_textures, "spectrum");
+            return self.referenced(entity, param, true);
         }
         entity.color(name, color_use).map(ColorInput::Constant)
     }
@@ -246,7 +291,7 @@ impl Builder<'_> {
     ) -> Option<FloatInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(param, &self.made.float_textures, "float");
+            return self.referenced(entity, param, false).map(as_float);
         }
         let value = entity.params.maybe_float(name);
         value.map(FloatInput::Constant)
