@@ -8,7 +8,8 @@ use crate::transport::stream::{Generators, sobol_points};
 
 /// Vertices with numbers of low-discrepancy sequences; those of later vertices are independent.
 /// With 1, 2 and 4 vertices, independent numbers have 1.19, 1.20 and 1.22 times the relative MSE,
-/// and after denoising 1.19, 1.21 and 1.23 times (geometric means of six scenes, 16 passes).
+/// and after denoising 1.19, 1.21 and 1.23 times (geometric means of six scenes, 16 passes of one
+/// sequence).
 const SEQUENCE_VERTICES: u32 = 4;
 
 /// Random numbers of a vertex.
