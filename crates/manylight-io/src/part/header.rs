@@ -38,7 +38,9 @@ pub struct PartFilm {
     pub id_layers: Vec<String>,
     /// Passes of a block.
     pub block: NonZeroU32,
-    /// Whether passes continue sequences of samples: [`Film::with_sequences`].
+    /// Whether passes continue sequences of samples: [`Film::with_sequences`]. A header
+    /// without the entry means that they do not.
+    #[serde(default)]
     pub sequences: bool,
 }
 

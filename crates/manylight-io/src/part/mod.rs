@@ -31,7 +31,7 @@ pub use read::PartFile;
 pub use write::write_part;
 
 /// Version of the layout.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 1;
 /// Key of the header in the metadata of a file.
 const HEADER_KEY: &str = "manylight.part";
 /// Key of the checksum.
