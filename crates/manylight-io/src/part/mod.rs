@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `format` | version of this layout, [`FORMAT`] |
 //! | `render` | what decides about the bits of a render (name: value): parts of one render agree in all of it |
-//! | `film` | `size`, `crop_offset`, `crop_size`, names of the `layers` and `id_layers` |
+//! | `film` | `size`, `crop_offset`, `crop_size`, names of the `layers` and `id_layers`, passes of a `block`, whether passes continue `sequences` of samples |
 //! | `state` | what a resumed render continues with: seconds of the stages, counts |
 //! | `picture` | what image files say about the render: metadata, names of objects and materials, the camera |
 //!

@@ -19,7 +19,8 @@ fn film() -> Film {
         filter: Filter::Box,
     };
     let layers = [Layer::Beauty, Layer::Direct, Layer::Depth];
-    let mut film = Film::with_blocks(desc, &layers, &[IdLayer::Material], DEFAULT_BLOCK, 0);
+    let film = Film::with_blocks(desc, &layers, &[IdLayer::Material], DEFAULT_BLOCK, 0);
+    let mut film = film.with_sequences();
     for pass in 0..3 {
         film.begin_batch();
         film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {

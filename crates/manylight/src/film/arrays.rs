@@ -9,6 +9,7 @@
 //! | `tiles.moments` | tiles, 3, 3 | moments of the beauty |
 //! | `sum.LAYER` | height, width, 3 | sum over passes |
 //! | `square.LAYER` | height, width, 3 | sum over passes of the square, for layers with a variance |
+//! | `half.LAYER` | height, width, 3 | sum over even passes less that over odd ones, for layers with a variance in films of sequences ([`Film::with_sequences`]) |
 //! | `IDS.count` | height, width | number of ids in a pixel |
 //! | `IDS.id`, `IDS.weight` | sum of `IDS.count` | ids of all pixels, and their sums of weights |
 //!
@@ -178,6 +179,12 @@ pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<SumArray<'f
             move || pixel_values(film, sums, |tile, i| tile.squares[i * with_variance + k]);
         arrays.push(SumArray::floats(name, rgb_shape(film), values));
     }
+    let with_halves = film.with_variance.iter().take(film.shape().halves);
+    for (k, &l) in with_halves.enumerate() {
+        let name = format!("half.{}", film.layers[l].array_name());
+        let values = move || pixel_values(film, sums, |tile, i| tile.halves[i * with_variance + k]);
+        arrays.push(SumArray::floats(name, rgb_shape(film), values));
+    }
     for (k, &layer) in film.id_layers.iter().enumerate() {
         arrays.extend(id_arrays(film, sums, k, layer));
     }
@@ -235,6 +242,13 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
         let values = read_floats(&mut read, &name, &rgb_shape(film))?;
         set_pixels(film, &mut sums, &values, |tile, i| {
             &mut tile.squares[i * with_variance + k]
+        });
+    }
+    for (k, &l) in (film.with_variance.iter().take(film.shape().halves)).enumerate() {
+        let name = format!("half.{}", film.layers[l].array_name());
+        let values = read_floats(&mut read, &name, &rgb_shape(film))?;
+        set_pixels(film, &mut sums, &values, |tile, i| {
+            &mut tile.halves[i * with_variance + k]
         });
     }
     for (k, &layer) in film.id_layers.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::{IdLayer, RankedIds};
+use super::sequences::{Halves, MeanRatio};
 use super::totals::TileTotals;
 use super::{Film, Layer, TILE_SIZE};
 use crate::image::Image;
@@ -22,7 +23,11 @@ impl Film {
     pub fn image(&self, layer: Layer) -> Option<Image> {
         let l = self.layers.iter().position(|&x| x == layer)?;
         let n = f64::from(self.passes().max(1));
-        Some(self.collect(|sums, i| sums.sum(i * self.layers.len() + l).map(|v| (v / n) as f32)))
+        Some(
+            self.collect(|sums| {
+                move |i| sums.sum(i * self.layers.len() + l).map(|v| (v / n) as f32)
+            }),
+        )
     }
 
     /// Means over passes of channels of the recorded layers. A channel is given by the index of its
@@ -110,39 +115,71 @@ impl Film {
     }
 
     /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance
-    /// over passes, divided by their number. Treats passes as independent. Infinite with fewer than
-    /// two passes. `None` if the film does not record the layer, or it is neither the beauty nor
-    /// one of its terms.
+    /// over passes, divided by their number. Treats passes as independent, but for films
+    /// [`with_sequences`](Film::with_sequences), where it is reduced by a factor per tile and
+    /// channel (`sequences`). Infinite with fewer than two passes. `None` if the film does not
+    /// record the layer, or it is neither the beauty nor one of its terms.
     pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
         let with_variance = &self.with_variance;
         let k = with_variance
             .iter()
             .position(|&l| self.layers[l] == layer)?;
-        let l = with_variance[k];
-        let n = f64::from(self.passes());
-        Some(self.collect(|sums, i| {
-            let sum = sums.sum(i * self.layers.len() + l);
-            let squares = sums.square(i * with_variance.len() + k);
-            std::array::from_fn(|c| {
-                if self.passes() < 2 {
-                    return f32::INFINITY;
-                }
-                let mean = sum[c] / n;
-                let square = squares[c] / n;
-                ((square - mean * mean).max(0.0) / (n - 1.0)) as f32
-            })
+        if self.passes() < 2 {
+            return Some(self.collect(|_| |_| [f32::INFINITY; 3]));
+        }
+        Some(self.collect(|sums| {
+            let factor = self.sequence_factor(&sums, k);
+            move |i| {
+                let spread = self.spread(&sums, i, k);
+                std::array::from_fn(|c| (spread[c] * factor[c]) as f32)
+            }
         }))
     }
 
-    /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All
+    /// Variance of the mean of the layer with variance `k` over passes in pixel `i`, were the
+    /// passes independent.
+    fn spread(&self, sums: &TileTotals, i: usize, k: usize) -> [f64; 3] {
+        let n = f64::from(self.passes());
+        let sum = sums.sum(i * self.layers.len() + self.with_variance[k]);
+        let squares = sums.square(i * self.with_variance.len() + k);
+        std::array::from_fn(|c| {
+            let mean = sum[c] / n;
+            (squares[c] / n - mean * mean).max(0.0) / (n - 1.0)
+        })
+    }
+
+    /// Factor from [`Film::spread`] to the variance, per channel; 1 for independent passes. A film
+    /// has at least two.
+    fn sequence_factor(&self, sums: &TileTotals, k: usize) -> [f64; 3] {
+        if !self.has_sequences() {
+            return [1.0; 3];
+        }
+        let halves = Halves::of(self.next_pass() - self.passes(), self.next_pass());
+        let mut ratios = MeanRatio::default();
+        for i in 0..sums.tile().count() {
+            let sum = sums.sum(i * self.layers.len() + self.with_variance[k]);
+            let difference = sums.half(i * self.with_variance.len() + k);
+            ratios.add(halves.variance(sum, difference), self.spread(sums, i, k));
+        }
+        ratios.mean()
+    }
+
+    /// Variance of the mean of the beauty over each tile, per channel, from completed batches, with
+    /// the factor of [`Film::layer_variance`]. All
     /// pixels of a tile hold the variance of that tile. Infinite with fewer than two completed
     /// batches.
     pub fn block_variance(&self) -> Image {
         let batches = self.batch_counts();
-        self.collect(|sums, _| {
+        self.collect(|sums| {
             let pixels = sums.tile().count() as f64;
             let of_sum = batches.variance_of_mean(&sums.moments());
-            of_sum.map(|v| (v / (pixels * pixels)) as f32)
+            let factor = match self.passes() < 2 {
+                true => [1.0; 3],
+                false => self.sequence_factor(&sums, 0),
+            };
+            let variance =
+                std::array::from_fn(|c| (of_sum[c] * factor[c] / (pixels * pixels)) as f32);
+            move |_| variance
         })
     }
 
@@ -163,7 +200,31 @@ impl Film {
         let size = self.image_size().as_dvec2();
         let pixels = size.x * size.y;
         let of_sum = self.batch_counts().variance_of_mean(moments);
-        of_sum.map(|v| v / (pixels * pixels))
+        let factor = self.image_factor();
+        std::array::from_fn(|c| of_sum[c] * factor[c] / (pixels * pixels))
+    }
+
+    /// Variance of the beauty over its [`Film::spread`], in the mean over pixels; 1 for independent
+    /// passes.
+    fn image_factor(&self) -> [f64; 3] {
+        if !self.has_sequences() || self.passes() < 2 {
+            return [1.0; 3];
+        }
+        let (mut variance, mut spread) = ([0.0; 3], [0.0; 3]);
+        for sums in self.tile_totals() {
+            let factor = self.sequence_factor(&sums, 0);
+            for i in 0..sums.tile().count() {
+                let of_pixel = self.spread(&sums, i, 0);
+                for c in 0..3 {
+                    spread[c] += of_pixel[c];
+                    variance[c] += of_pixel[c] * factor[c];
+                }
+            }
+        }
+        std::array::from_fn(|c| match spread[c] > 0.0 {
+            true => variance[c] / spread[c],
+            false => 1.0,
+        })
     }
 
     /// Estimated relative error of the beauty: the root of the mean over pixels and channels of
@@ -190,13 +251,18 @@ impl Film {
         (sum / count).sqrt() as f32
     }
 
-    fn collect(&self, value: impl Fn(&TileTotals, usize) -> [f32; 3]) -> Image {
+    /// An image whose pixel `i` of a tile is `value(tile)(i)`.
+    fn collect<'f, P: Fn(usize) -> [f32; 3]>(
+        &'f self,
+        value: impl Fn(TileTotals<'f>) -> P,
+    ) -> Image {
         let size = self.image_size();
         let mut image = Image::new(size.x as usize, size.y as usize, 3);
         for sums in self.tile_totals() {
+            let value = value(sums);
             for (i, pixel) in sums.tile().pixels().enumerate() {
                 let start = (pixel.y as usize * image.width + pixel.x as usize) * 3;
-                image.data[start..start + 3].copy_from_slice(&value(&sums, i));
+                image.data[start..start + 3].copy_from_slice(&value(i));
             }
         }
         image

@@ -18,6 +18,7 @@ pub mod filter;
 mod layer;
 mod passes;
 mod sampler;
+mod sequences;
 mod sums;
 #[cfg(test)]
 mod tests;

@@ -21,6 +21,8 @@ pub struct Film {
     pub(super) id_layers: Vec<IdLayer>,
     /// Indices in `layers` of those with a variance.
     pub(super) with_variance: Vec<usize>,
+    /// What a pixel holds.
+    shape: PixelShape,
     /// Passes of a block.
     block: NonZeroU32,
     /// Sums over the completed blocks. `None` before the first of them is followed by another pass.
@@ -62,6 +64,7 @@ impl Film {
             layers: layers.to_vec(),
             id_layers: id_layers.to_vec(),
             with_variance,
+            shape,
             block: DEFAULT_BLOCK,
             completed: None,
             current,
@@ -95,6 +98,31 @@ impl Film {
         film.block = block;
         film.current.passes = first..first;
         film
+    }
+
+    /// The same film, without passes, for passes that are not independent: the even ones continue
+    /// one sequence of samples, the odd ones another. Variances follow from the difference of both.
+    ///
+    /// # Panics
+    /// If the film has passes.
+    pub fn with_sequences(mut self) -> Self {
+        assert_eq!(self.passes(), 0, "the film has passes");
+        self.shape = self.shape.with_halves();
+        let first = self.next_pass();
+        self.current = PassSums::new(self.desc.crop_size, self.shape, first);
+        self
+    }
+
+    /// Whether the film is one [`Film::with_sequences`].
+    pub fn has_sequences(&self) -> bool {
+        self.shape.halves > 0
+    }
+
+    /// Memory that [`Film::with_sequences`] adds to [`Film::bytes_for`].
+    pub fn bytes_for_sequences(size: UVec2, layers: &[Layer], sums: usize) -> u64 {
+        let halves = PixelShape::of(layers, &[]).with_halves().halves;
+        let per_pixel = (sums * halves * size_of::<[f64; 3]>()) as u64;
+        (u64::from(size.x) * u64::from(size.y)).saturating_mul(per_pixel)
     }
 
     /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has
@@ -140,7 +168,7 @@ impl Film {
     }
 
     pub(super) fn shape(&self) -> PixelShape {
-        PixelShape::of(&self.layers, &self.id_layers)
+        self.shape
     }
 
     /// The tiles of a pass, moved up and left by `shift` pixels.
@@ -215,12 +243,14 @@ impl Film {
         let id_count = self.id_layers.len();
         let emission = slots.of(Layer::Emission);
         let with_variance = &self.with_variance;
+        let is_even = self.current.passes.end.is_multiple_of(2);
+        let sign = if is_even { 1.0 } else { -1.0 };
         self.current.tiles.par_iter_mut().for_each(|sums| {
             for (i, pixel) in sums.tile.pixels().enumerate() {
                 let (tile, k) = grid.locate(pixel);
                 let values = &pass[tile][k * stride..][..stride];
                 if are_finite(values) {
-                    sums.commit(i, values, emission, with_variance);
+                    sums.commit(i, values, emission, with_variance, sign);
                     let coverage = &mut sums.coverage[i * id_count..][..id_count];
                     coverage::add_samples(&pass_ids[tile], k, coverage);
                 } else {

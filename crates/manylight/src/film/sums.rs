@@ -30,6 +30,9 @@ pub(super) struct TileSums {
     pub(super) sums: Vec<[f64; 3]>,
     /// Sum over passes of the square, by pixel and layer with a variance.
     pub(super) squares: Vec<[f64; 3]>,
+    /// Sum over even passes less that over odd ones, by pixel and layer with a variance; empty
+    /// unless the shape has [`PixelShape::halves`].
+    pub(super) halves: Vec<[f64; 3]>,
     /// Sum over passes, by pixel and id layer.
     pub(super) coverage: Vec<CoverageSums>,
     /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without
@@ -45,6 +48,8 @@ pub(super) struct PixelShape {
     pub(super) layers: usize,
     pub(super) with_variance: usize,
     pub(super) id_layers: usize,
+    /// Layers with differences of even and odd passes: those with a variance, or none.
+    pub(super) halves: usize,
 }
 
 impl PixelShape {
@@ -53,6 +58,15 @@ impl PixelShape {
             layers: layers.len(),
             with_variance: layers.iter().filter(|layer| layer.has_variance()).count(),
             id_layers: id_layers.len(),
+            halves: 0,
+        }
+    }
+
+    /// The same with differences of even and odd passes.
+    pub(super) fn with_halves(self) -> Self {
+        PixelShape {
+            halves: self.with_variance,
+            ..self
         }
     }
 }
@@ -118,6 +132,7 @@ impl TileSums {
             tile,
             sums: vec![[0.0; 3]; tile.count() * shape.layers],
             squares: vec![[0.0; 3]; tile.count() * shape.with_variance],
+            halves: vec![[0.0; 3]; tile.count() * shape.halves],
             coverage: vec![CoverageSums::new(); tile.count() * shape.id_layers],
             batch: Default::default(),
             moments: BatchMoments::default(),
@@ -127,6 +142,7 @@ impl TileSums {
     fn append(&mut self, next: &TileSums) {
         add_all(&mut self.sums, &next.sums);
         add_all(&mut self.squares, &next.squares);
+        add_all(&mut self.halves, &next.halves);
         for (sums, next) in self.coverage.iter_mut().zip(&next.coverage) {
             next.iter().for_each(|&(id, weight)| sums.add(id, weight));
         }
@@ -134,13 +150,14 @@ impl TileSums {
     }
 
     /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of the
-    /// emission, if recorded.
+    /// emission, if recorded; `sign` is 1 in even passes and -1 in odd ones.
     pub(super) fn commit(
         &mut self,
         i: usize,
         pixel: &[Rgb],
         emission: Option<usize>,
         with_variance: &[usize],
+        sign: f64,
     ) {
         let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
@@ -158,6 +175,13 @@ impl TileSums {
             square[0] += f64::from(r) * f64::from(r);
             square[1] += f64::from(g) * f64::from(g);
             square[2] += f64::from(b) * f64::from(b);
+        }
+        if self.halves.is_empty() {
+            return;
+        }
+        let halves = &mut self.halves[i * with_variance.len()..][..with_variance.len()];
+        for (half, &l) in halves.iter_mut().zip(with_variance) {
+            *half = add(*half, pixel[l].to_array().map(|v| sign * f64::from(v)));
         }
     }
 }

@@ -36,6 +36,14 @@ impl<'f> TileTotals<'f> {
             .map_or(current, |blocks| add(blocks.squares[k], current))
     }
 
+    /// Difference of even and odd passes with index `k`, by pixel and layer with a variance.
+    #[inline]
+    pub(super) fn half(&self, k: usize) -> [f64; 3] {
+        let current = self.current.halves[k];
+        self.completed
+            .map_or(current, |blocks| add(blocks.halves[k], current))
+    }
+
     /// Coverage with index `k`, by pixel and id layer.
     pub(super) fn coverage(&self, k: usize) -> Cow<'f, CoverageSums> {
         let current = &self.current.coverage[k];

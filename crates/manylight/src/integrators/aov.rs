@@ -17,7 +17,7 @@ pub(super) fn render_pass(
 ) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, Tiling::OF_STREAMS, |out| {
-        let walks = start_paths((scene, limits), run, &positions, out, |first| first);
+        let walks = start_paths((scene, limits), run, &positions, out, |first, _| first);
         follow_paths(scene, limits, walks, |round, next| {
             round.leave(|_| None, |_, _, _| (), out);
             let mut first = FirstVertices { round, next, out };

@@ -14,7 +14,7 @@ use crate::geometry::{Ray, SurfacePoint};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
-use crate::sampling::{Sampler, Stream};
+use crate::sampling::{Sampler, SobolSequences, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::Vertex;
@@ -99,20 +99,26 @@ impl CameraStart {
     }
 }
 
+/// The sequence of [`SobolSequences`] with the numbers of film and lens. The sequences that follow
+/// are free.
+pub(super) const CAMERA_SEQUENCE: u32 = 0;
+
 /// A camera path for each pixel of a tile, at the camera; `payload` is made of its part in the
-/// layers of first surfaces.
+/// layers of first surfaces, and of the sequences of its pixel.
 pub(super) fn start_paths<T: Copy>(
     scene: (&Scene, PathLimits),
     run: &PassContext,
     positions: &FilmSampler,
     samples: &TileSamples,
-    payload: impl Fn(FirstPart) -> T,
+    payload: impl Fn(FirstPart, SobolSequences) -> T,
 ) -> Walks<T> {
     let mut walks = Walks::with_capacity(samples.tile().count());
     for (index, pixel) in samples.tile().pixels().enumerate() {
-        let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
-        let u = sampler.next_2d();
-        let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+        let number = positions.index(pixel);
+        let sequences = run.pass.sobol_sequences(Stream::Pixel, number);
+        let [x, y, x_lens, y_lens] = sequences.point(CAMERA_SEQUENCE);
+        let (u, u_lens) = (Vec2::new(x, y), Vec2::new(x_lens, y_lens));
+        let start = CameraStart::new(scene, positions, (pixel, u), u_lens);
         let first = FirstPart {
             pixel: index as u32,
             hidden: start.hidden,
@@ -122,7 +128,8 @@ pub(super) fn start_paths<T: Copy>(
             },
             surface_share: 1.0,
         };
-        walks.push(start.walk(1, sampler, payload(first)));
+        let sampler = run.pass.sampler(Stream::Pixel, number);
+        walks.push(start.walk(1, sampler, payload(first, sequences)));
     }
     walks
 }
@@ -408,16 +415,17 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL)
         };
         self.describe(v, samples, lanes.firsts, out);
-        self.pass_through(at, lanes, next, out)
+        let u = at.generators.next();
+        self.pass_through((at, u), lanes, next, out)
     }
 
-    /// Appends to `next` the paths that continue straight through, and adds the first events of the
-    /// others: where a path ends by the limits, whether it scatters stays open. Returns the lanes
+    /// Appends to `next` the paths that continue straight through, by the random numbers `u`, and
+    /// adds the first events of the others: where a path ends by the limits, whether it scatters stays open. Returns the lanes
     /// in which paths scatter.
     #[inline(always)]
     pub(super) fn pass_through<S: Width>(
         &self,
-        at: &mut Arrived<S, T>,
+        (at, u): (&mut Arrived<S, T>, Float<S>),
         lanes: PathLanes,
         next: &mut Walks<T>,
         out: &mut TileSamples,
@@ -426,7 +434,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             self.add_surface(at.v, i, at.v.opacity(i), out);
         }
         let goes_on = lanes.active & !lanes.ends;
-        let state = (&mut at.throughput, &mut at.generators);
+        let state = (&mut at.throughput, &at.generators, u);
         let paths = &at.paths;
         let path = |i: usize| paths.as_ref()[i];
         let scatters = (at.v).pass_through(self.walks, next, state, goes_on, path);

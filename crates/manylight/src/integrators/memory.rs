@@ -43,12 +43,11 @@ impl Method {
         sums: usize,
         seed: u64,
     ) -> Vec<StageMemory> {
-        let film = Film::bytes_for(
-            scene.sensor.desc().film.crop_size,
-            &self.layers(),
-            &self.extra.id_layers(),
-            sums,
-        );
+        let (size, layers) = (scene.sensor.desc().film.crop_size, self.layers());
+        let mut film = Film::bytes_for(size, &layers, &self.extra.id_layers(), sums);
+        if self.has_sequences() {
+            film = film.saturating_add(Film::bytes_for_sequences(size, &layers, sums));
+        }
         let mut stages = vec![StageMemory {
             stage: "film",
             bytes: film,

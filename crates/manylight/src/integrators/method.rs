@@ -67,6 +67,12 @@ impl Method {
         }
     }
 
+    /// Whether passes continue sequences of samples, as in
+    /// [`Film::with_sequences`](crate::film::Film::with_sequences).
+    pub fn has_sequences(&self) -> bool {
+        matches!(self.kind, MethodKind::Path | MethodKind::Direct)
+    }
+
     /// The layers that this method fills, beauty first.
     pub fn layers(&self) -> Vec<Layer> {
         let mut layers = vec![Layer::Beauty];

@@ -158,7 +158,8 @@ fn advance<S: Width>(
     let mut generators = v.generators(s, walks);
     let mut throughput = walks.throughput(s, &v.index);
     let path = |i| v.payload(walks, i);
-    let state = (&mut throughput, &mut generators);
+    let u = generators.next();
+    let state = (&mut throughput, &generators, u);
     let scatters = v.pass_through(walks, next, state, goes_on, path);
     let scatters = lanes_where(scatters & !gathered, |i| {
         v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS

@@ -216,7 +216,11 @@ impl RenderJob<'_> {
     pub fn film(&self, first: u32) -> Film {
         let desc = self.scene.sensor.desc().film.clone();
         let id_layers = self.method.extra.id_layers();
-        Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first)
+        let film = Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first);
+        match self.method.has_sequences() {
+            true => film.with_sequences(),
+            false => film,
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Random numbers of paths and passes, by seed, pass, stream and index.
 
 use super::rng::{Pcg, mix};
+use super::sobol;
 use crate::math::Vec2;
 
 /// Purpose of random numbers. Each purpose has a separate stream, so that a new purpose does not
@@ -38,6 +39,18 @@ impl Pass {
         Sampler::new(self.seed, self.index, stream, index)
     }
 
+    /// The sequences of item `index` of `stream`: even passes continue some, odd passes others, so
+    /// that the variance of means over passes can be estimated. After 2¹⁷ passes new ones begin.
+    #[inline]
+    pub(crate) fn sobol_sequences(self, stream: Stream, index: u64) -> SobolSequences {
+        let (half, number) = (self.index & 1, self.index >> 1);
+        let start = u32::MAX - (2 * (number >> sobol::SEQUENCE_BITS) + half);
+        SobolSequences {
+            key: Sampler::new(self.seed, start, stream, index).rng.next_u32(),
+            index: number & ((1 << sobol::SEQUENCE_BITS) - 1),
+        }
+    }
+
     /// A point in [0, 1)² of item `index`: uniform over seeds, and over passes a low-discrepancy
     /// sequence. The sample variance over passes therefore overestimates the variance of their
     /// mean.
@@ -57,6 +70,25 @@ impl Pass {
         let start = Sampler::new(self.seed, u32::MAX, stream, index).next_2d();
         let step = u64::from(self.index) * u64::from(parts) + u64::from(k);
         Vec2::from(additive_recurrence(start.to_array(), R2, step as u32))
+    }
+}
+
+/// Sequences of points in [0, 1)⁴ over the passes of an item: Owen-scrambled Sobol' points. Those
+/// of different items, and different sequences of an item, are independent. The sample variance
+/// over passes overestimates the variance of their mean;
+/// [`Film::with_sequences`](crate::film::Film::with_sequences) does not.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SobolSequences {
+    key: u32,
+    index: u32,
+}
+
+impl SobolSequences {
+    /// The point of this pass in sequence `sequence`.
+    #[inline(always)]
+    pub(crate) fn point(self, sequence: u32) -> [f32; 4] {
+        // An odd multiple of the golden ratio: the keys of an item differ in many bits.
+        sobol::point(self.key ^ sequence.wrapping_mul(0x9e37_79b9), self.index)
     }
 }
 

@@ -6,8 +6,13 @@
 //! The paths of a tile are a stream (`transport/stream`). In each round all follow their rays, the
 //! vertices are shaded in packets of one material (`shade`), then all shadow rays are tested
 //! (`connections`).
+//!
+//! The numbers of film, lens and first vertices are low-discrepancy sequences over the passes
+//! (`numbers`).
 
+mod numbers;
 mod shade;
+mod state;
 
 use super::camera_round::{follow_paths, start_paths};
 use super::connections::Connections;
@@ -17,7 +22,8 @@ use crate::film::{Film, TileSamples, Tiling};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::stream::{Walks, shade_packets};
-use shade::{PathState, Shading};
+use shade::Shading;
+use state::PathState;
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -29,7 +35,11 @@ pub(super) fn render_pass(
     let positions = film.desc().sampler();
     run.shade(film, Tiling::OF_STREAMS, |samples| {
         let stage = PathStage::BeforeX;
-        let path = |first| PathState { first, stage };
+        let path = |first, sequences| PathState {
+            first,
+            stage,
+            sequences,
+        };
         let walks = start_paths((scene, limits), run, &positions, samples, path);
         Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
         let shadow_rays = trace(scene, limits, walks, samples);

@@ -1,33 +1,20 @@
 //! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in
 //! packets of one material.
 
+use super::numbers::VertexNumbers;
+use super::state::PathState;
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::film::TileSamples;
 use crate::ids::MaterialId;
-use crate::integrators::camera_round::{Arrived, CameraPath, CameraRound, FirstPart, PathLanes};
+use crate::integrators::camera_round::{Arrived, CameraRound, PathLanes};
 use crate::integrators::connections::{
     Connections, EmitterQuery, EmitterReflection, ReflectingPath,
 };
-use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Float, Mask, Pair, Width};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
 use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
-
-/// What a path carries.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PathState {
-    pub(super) first: FirstPart,
-    pub(super) stage: PathStage,
-}
-
-impl CameraPath for PathState {
-    #[inline(always)]
-    fn first(&self) -> Option<FirstPart> {
-        Some(self.first)
-    }
-}
 
 /// Shades all vertices of a round.
 pub(super) struct Shading<'a, 'o, 't> {
@@ -62,13 +49,12 @@ impl Shading<'_, '_, '_> {
     #[inline(always)]
     fn advance<S: Width>(&mut self, s: S, at: &mut Arrived<S, PathState>, lanes: PathLanes) {
         let round = self.round;
-        let u_emitter = (at.generators.next(), at.generators.next_pair());
-        let numbers = at.generators.next_bsdf();
-        let sample = at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL);
+        let numbers = VertexNumbers::draw(s, at);
+        let sample = (at.v.bsdf).sample_each_wi(at.v.w_prev, numbers.bsdf, Lobes::ALL);
         round.describe(at.v, || sample, lanes.firsts, self.out);
-        let scatters = round.pass_through(at, lanes, self.next, self.out);
-        self.connect(s, at, u_emitter, scatters);
-        self.follow(s, at, &sample, scatters);
+        let scatters = round.pass_through((at, numbers.passes), lanes, self.next, self.out);
+        self.connect(s, at, numbers.emitter, scatters);
+        self.follow(s, (at, numbers.survives), &sample, scatters);
     }
 
     /// Next-event estimation.
@@ -93,12 +79,13 @@ impl Shading<'_, '_, '_> {
         (self.connections).connect_emitters(scene, at.v, query, &ByAllLobes { at });
     }
 
-    /// Appends the walks that continue along the sampled directions.
+    /// Appends the walks that continue along the sampled directions; `u` are the numbers of Russian
+    /// roulette.
     #[inline(always)]
     fn follow<S: Width>(
         &mut self,
         s: S,
-        at: &mut Arrived<S, PathState>,
+        (at, u): (&Arrived<S, PathState>, Float<S>),
         sample: &BsdfSamples<S>,
         scatters: Bits,
     ) {
@@ -112,7 +99,6 @@ impl Shading<'_, '_, '_> {
         if plays != 0 {
             let plays_in = Mask::from_bits(s, plays);
             let survival = camera_survivals(throughput, eta_squared);
-            let u = at.generators.next_within(plays_in);
             alive &= !plays | u.lt(survival).bits();
             survivor = throughput * plays_in.select(survival.recip(), 1.0);
         }

@@ -1,8 +1,8 @@
 //! Random numbers in lanes: one generator per walk.
 
 use crate::bsdf::Numbers;
-use crate::lanes::{Float, Mask, Pair, Width};
-use crate::sampling::{Pcg, Sampler};
+use crate::lanes::{Float, Pair, Width};
+use crate::sampling::{Pcg, Sampler, SobolSequences};
 
 /// A [`Sampler`] per lane. Each lane has the numbers that its sampler alone would have.
 #[derive(Clone, Copy, Debug)]
@@ -50,20 +50,6 @@ impl<S: Width> Generators<S> {
         Float::load(self.s, &numbers)
     }
 
-    /// The next number of the lanes of `m`; other lanes keep theirs.
-    #[inline(always)]
-    pub(crate) fn next_within(&mut self, m: Mask<S>) -> Float<S> {
-        let before = self.states;
-        let numbers = self.next();
-        let (bits, states) = (m.bits(), self.states.as_mut());
-        for (i, state) in states.iter_mut().enumerate() {
-            if bits >> i & 1 == 0 {
-                *state = before.as_ref()[i];
-            }
-        }
-        numbers
-    }
-
     /// The next two numbers of each lane.
     #[inline(always)]
     pub(crate) fn next_pair(&mut self) -> Pair<S> {
@@ -80,4 +66,26 @@ impl<S: Width> Generators<S> {
             direction: self.next_pair(),
         }
     }
+}
+
+/// The points of this pass in sequence `sequence` of each lane: four numbers per lane.
+#[inline(always)]
+pub(crate) fn sobol_points<S: Width>(
+    s: S,
+    sequences: &S::Each<SobolSequences>,
+    sequence: u32,
+) -> [Float<S>; 4] {
+    let mut numbers = [s.each(|_| 0.0); 4];
+    let [a, b, c, d] = &mut numbers;
+    let (a, b, c, d) = (a.as_mut(), b.as_mut(), c.as_mut(), d.as_mut());
+    for (i, sequences) in sequences.as_ref().iter().enumerate() {
+        [a[i], b[i], c[i], d[i]] = sequences.point(sequence);
+    }
+    let [a, b, c, d] = &numbers;
+    [
+        Float::load(s, a),
+        Float::load(s, b),
+        Float::load(s, c),
+        Float::load(s, d),
+    ]
 }

@@ -40,7 +40,8 @@ pub(crate) fn follow_photons<S: Width, T: Copy>(
     let s = v.w_prev.x.width();
     let mut before = walks.throughput(s, &v.index);
     let unchanged = |i| v.payload(walks, i);
-    let state = (&mut before, &mut generators);
+    let u = generators.next();
+    let state = (&mut before, &generators, u);
     let scatters = v.pass_through(walks, next, state, goes_on, unchanged);
     if scatters == 0 {
         return;

@@ -171,7 +171,8 @@ impl<'a, S: Width> Vertices<'a, S> {
     }
 
     /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the
-    /// probability of the straight-through transmittance; `payload(i)` is what they carry. Returns
+    /// probability of the straight-through transmittance, by the random numbers `u`; `payload(i)`
+    /// is what they carry. Returns
     /// the lanes in which walks scatter. The throughput of all walks is multiplied by the factor of
     /// those that pass, or of those that do not.
     #[inline(always)]
@@ -179,11 +180,10 @@ impl<'a, S: Width> Vertices<'a, S> {
         &self,
         walks: &Walks<T>,
         next: &mut Walks<T>,
-        (throughput, generators): (&mut Color<S>, &mut Generators<S>),
+        (throughput, generators, u): (&mut Color<S>, &Generators<S>, Float<S>),
         goes_on: Bits,
         payload: impl Fn(usize) -> T,
     ) -> Bits {
-        let u = generators.next();
         let Some(transmittance) = self.bsdf.transmittances(self.w_prev) else {
             return goes_on;
         };
