@@ -180,6 +180,7 @@ fn texture_bytes(texture: &Texture) -> usize {
         | Texture::Mix { .. }
         | Texture::Dots { .. }
         | Texture::Power { .. }
+        | Texture::Step { .. }
         | Texture::Solid(_)
         | Texture::Projected { .. } => 0,
     }

@@ -11,7 +11,14 @@ use exr::prelude::Compression;
 use std::io::Cursor;
 
 pub(super) fn damaged(error: exr::error::Error) -> Fault {
-    Fault::new(format!("the EXR image cannot be decoded: {error}"))
+    match error {
+        exr::error::Error::NotSupported(reason) if reason.contains("compression") => {
+            Fault::new(format!(
+                "the EXR image has a compression that is not read: {reason}; OpenEXR 3.4 and later write newer ones (HTJ2K, ZSTD), so write it as ZIP, PIZ or DWA"
+            ))
+        }
+        error => Fault::new(format!("the EXR image cannot be decoded: {error}")),
+    }
 }
 
 /// Rejects headers that declare more samples than the file can contain, and chunks that are longer

@@ -1,4 +1,4 @@
-//! PNG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
+//! PNG, WebP, TGA, BMP and Radiance HDR, decoded by the `image` crate.
 
 use super::png_file::check_palette;
 use super::size_check::check_size;
@@ -54,12 +54,13 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
             check_palette(&bytes)?;
             PNG_EXPANSION
         }
+        Some(ImageFormat::WebP) => WEBP_EXPANSION,
         Some(ImageFormat::Bmp) => BMP_EXPANSION,
         Some(ImageFormat::Tga) => TGA_EXPANSION,
         Some(ImageFormat::Hdr) => HDR_EXPANSION,
         _ => {
             return Err(Fault::new(
-                "unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
+                "unknown image format; expected PNG, JPEG, WebP, TGA, BMP, HDR, EXR or PFM",
             ));
         }
     };
@@ -86,6 +87,9 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
 /// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit
 /// becomes four bytes.
 const PNG_EXPANSION: u32 = 1032 * 32;
+/// A lossless image of one color takes no bits for its pixels: about 30 bytes, whatever its size. A
+/// lossy one takes at least a bit for a block of 16 x 16 pixels with four bytes each.
+const WEBP_EXPANSION: u32 = 1 << 17;
 /// Two bytes of a run are 255 pixels of three bytes.
 const BMP_EXPANSION: u32 = 512;
 /// Two bytes of a run are 128 pixels of four bytes.

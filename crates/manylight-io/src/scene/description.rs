@@ -96,6 +96,38 @@ pub(super) fn set_environment(desc: &mut SceneDesc, emitter: EmitterId, image: I
     }
 }
 
+/// The radiance of a surface with this opacity. Opacity belongs to the surface: it scales what the
+/// surface emits as it scales what it scatters; the rest of the light passes by the mask of its
+/// material. Mitsuba alone has emitters of full radiance under masks.
+pub(super) fn faded_radiance(
+    textures: &mut Vec<Texture>,
+    radiance: ColorInput,
+    opacity: FloatInput,
+) -> ColorInput {
+    match (radiance, opacity) {
+        (radiance, FloatInput::Constant(1.0)) => radiance,
+        (ColorInput::Constant(color), FloatInput::Constant(opacity)) => {
+            ColorInput::Constant(color * opacity.clamp(0.0, 1.0))
+        }
+        // A mixture takes a number as its weight; a product would take the color of the opacity.
+        (radiance, opacity) => ColorInput::Texture(add(
+            textures,
+            Texture::Mix {
+                first: ColorInput::Constant(Rgb::BLACK),
+                second: radiance,
+                weight: opacity,
+            },
+        )),
+    }
+}
+
+/// A material of one of two surfaces that lie back to back and are the two sides of one: on its
+/// back all light passes, so that a ray through both meets each opacity once.
+pub(super) fn add_front_alone(materials: &mut Vec<Material>, front: MaterialId) -> MaterialId {
+    let back = add(materials, Material::Null);
+    add(materials, Material::TwoSided { front, back })
+}
+
 /// The product of two colors.
 pub(super) fn product(
     textures: &mut Vec<Texture>,

@@ -18,9 +18,9 @@ pub(super) fn key(radiance: ColorInput) -> [u32; 4] {
     }
 }
 
-/// The back of a surface; `None` if the surface is closed, so that its back is not seen.
-pub(super) fn back(geometry: &Geometry) -> Option<Geometry> {
-    if is_closed(geometry) {
+/// The back of a surface; `None` if the surface is closed and opaque, so that its back is not seen.
+pub(super) fn back(geometry: &Geometry, is_opaque: bool) -> Option<Geometry> {
+    if is_opaque && is_closed(geometry) {
         return None;
     }
     let mut back = geometry.clone();
@@ -88,9 +88,10 @@ mod tests {
     }
 
     #[test]
-    fn only_open_surfaces_have_a_back() {
-        assert!(back(&geometry(Mesh::cube())).is_none());
-        let square = back(&geometry(Mesh::rectangle())).unwrap();
+    fn only_surfaces_with_a_visible_back_have_one() {
+        assert!(back(&geometry(Mesh::cube()), true).is_none());
+        assert!(back(&geometry(Mesh::cube()), false).is_some());
+        let square = back(&geometry(Mesh::rectangle()), true).unwrap();
         assert!(square.positions.iter().all(|p| p.z < 0.0 && p.z > -0.001));
         assert!(square.normals.iter().all(|n| *n == Vec3::NEG_Z));
         let [a, b, c] = square.triangles[0].map(|i| square.positions[i as usize]);

@@ -6,6 +6,7 @@ use super::super::parameters::Numbers;
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
+use super::origin::Origin;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Distribution, Roughness};
 use manylight::color::Rgb;
@@ -215,8 +216,12 @@ impl Glass {
         // Transmission in Blender refracts; its exporter says so by a thickness only if the user
         // gives one.
         let is_solid = volume.is_some() || reader.document.is_by_blender();
+        if !is_solid && reader.document.origin == Origin::Replaced {
+            let message = "the program that rewrote this file has removed the name of its exporter; transmission without a thickness (KHR_materials_volume) is that of thin panes. If the scene is from Blender, it is meant to be solid";
+            json.warn_once("thin transmission", message);
+        }
         let eta = if ior >= 1.001 { ior } else { DEFAULT_IOR };
-        let roughness = roughness(base);
+        let roughness = roughness(reader, base);
         let material = if is_solid {
             let transmittance = volume.map_or(Rgb::WHITE, |volume| absorption(&volume));
             solid(reader, transmittance, base, eta, roughness)
@@ -228,12 +233,13 @@ impl Glass {
 }
 
 /// The roughness of glass; `None`: smooth.
-fn roughness(base: &Base) -> Option<Roughness> {
-    let alpha = base.roughness_factor * base.roughness_factor;
-    (alpha > SMOOTH_ALPHA).then_some(Roughness {
+fn roughness(reader: &mut MaterialReader<'_, '_>, base: &Base) -> Option<Roughness> {
+    let alpha = reader.textures.power(base.roughness, 2.0);
+    let is_smooth = matches!(alpha, FloatInput::Constant(alpha) if alpha <= SMOOTH_ALPHA);
+    (!is_smooth).then_some(Roughness {
         distribution: Distribution::Ggx,
-        alpha_u: FloatInput::Constant(alpha),
-        alpha_v: FloatInput::Constant(alpha),
+        alpha_u: alpha,
+        alpha_v: alpha,
     })
 }
 
@@ -308,6 +314,10 @@ pub(super) fn specular_glossiness<'a>(
 ) -> Base {
     /// Reflectance from which on a specular color is that of a metal.
     const METAL: f32 = 0.25;
+    json.warn_once(
+        "specular-glossiness",
+        "the specular-glossiness model (KHR_materials_pbrSpecularGlossiness) is converted to the metallic-roughness model: above a reflectance of 0.25 as a metal, else as a dielectric of the mean reflectance",
+    );
     let [r, g, b, a] = json.floats("diffuseFactor", [1.0; 4]);
     let diffuse = reflectance([r, g, b]);
     let specular = reflectance(json.floats("specularFactor", [1.0; 3]));

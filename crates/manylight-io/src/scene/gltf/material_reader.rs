@@ -85,6 +85,12 @@ impl<'a> MaterialReader<'a, '_> {
             "OPAQUE" => visible(true),
             "MASK" => {
                 let cutoff = self.json.float("alphaCutoff", 0.5);
+                if let Some(of_vertices) = self.textures.vertex_opacity(self.vertices) {
+                    let texture = self.texture(json, texture, Content::Opacity);
+                    let of_texture = as_color(self.textures.scaled(factor, texture));
+                    let product = self.textures.product(of_texture, of_vertices);
+                    return self.textures.step(product, cutoff);
+                }
                 match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
                     Some(id) => ColorInput::Texture(id),
                     None => visible(factor >= cutoff),

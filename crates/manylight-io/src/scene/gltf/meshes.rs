@@ -288,12 +288,16 @@ impl<'a, 'b> Meshes<'a, 'b> {
             .radiance
             .map(|radiance| self.emitter(radiance, desc));
         let second = emitter.filter(|_| surface.double_sided);
-        let back = second.and_then(|_| emission::back(&geometry));
-        for geometry in [Some(geometry), back].into_iter().flatten() {
+        let back = second.and_then(|_| emission::back(&geometry, surface.is_opaque));
+        let sides = [(Some(geometry), surface.id), (back, surface.back)];
+        for (geometry, material) in sides {
+            let Some(geometry) = geometry else {
+                continue;
+            };
             let triangles = geometry.triangles.len();
             parts.push(Part {
                 shape: add(&mut desc.shapes, Shape::Mesh(into_mesh(geometry))),
-                material: surface.id,
+                material,
                 emitter,
                 triangles,
             });

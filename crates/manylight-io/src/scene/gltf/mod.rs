@@ -3,7 +3,7 @@
 //! What is read, approximated and refused: `docs/formats/gltf.md`. Loading has these stages:
 //!
 //! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of
-//!    the file.
+//!    the file, `origin` the program that made it.
 //! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of
 //!    the data.
 //! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by
@@ -32,6 +32,7 @@ mod material_reader;
 mod materials;
 mod meshes;
 mod nodes;
+mod origin;
 mod primitives;
 mod report;
 mod tangents;
@@ -195,7 +196,8 @@ impl<'a> Builder<'a, '_> {
         let Some(index) = extension.index("light", "lights", lights.len()) else {
             return;
         };
-        let dialect = Dialect::new(self.document.is_by_blender(), self.options.light_units);
+        let dialect = Dialect::new(self.document.origin, self.options.light_units);
+        dialect.warn_of_units(&lights[index]);
         let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
         self.desc.emitters.extend(emitter);
     }

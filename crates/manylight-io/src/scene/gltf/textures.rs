@@ -1,7 +1,7 @@
 //! Textures: images with samplers and transforms, their combination with factors and vertex
 //! attributes, and what they need of the vertices.
 
-use super::super::description::{add, as_float, bitmap, product};
+use super::super::description::{WHITE, add, as_float, bitmap, faded_radiance, product};
 use super::super::parameters::Numbers;
 use super::document::Document;
 use super::images::{Content, ImageUses};
@@ -120,6 +120,41 @@ impl Textures {
         product(&mut self.list, first, second)
     }
 
+    /// The radiance of a surface with this opacity.
+    pub(super) fn faded_radiance(
+        &mut self,
+        radiance: ColorInput,
+        opacity: FloatInput,
+    ) -> ColorInput {
+        faded_radiance(&mut self.list, radiance, opacity)
+    }
+
+    /// 1 where `value` is at least `threshold`, else 0.
+    pub(super) fn step(&mut self, value: ColorInput, threshold: f32) -> ColorInput {
+        let value = match value {
+            ColorInput::Constant(color) => {
+                let is_visible = color.r >= threshold;
+                return if is_visible {
+                    WHITE
+                } else {
+                    ColorInput::Constant(Rgb::BLACK)
+                };
+            }
+            ColorInput::Texture(base) => Texture::Step { base, threshold },
+        };
+        ColorInput::Texture(add(&mut self.list, value))
+    }
+
+    /// A power of a number.
+    pub(super) fn power(&mut self, number: FloatInput, exponent: f32) -> FloatInput {
+        match number {
+            FloatInput::Constant(value) => FloatInput::Constant(value.powf(exponent)),
+            FloatInput::Texture(base) => {
+                FloatInput::Texture(add(&mut self.list, Texture::Power { base, exponent }))
+            }
+        }
+    }
+
     /// A number times a texture, if there is one.
     pub(super) fn scaled(&mut self, factor: f32, texture: Option<TextureId>) -> FloatInput {
         let Some(id) = texture else {
@@ -131,9 +166,8 @@ impl Textures {
 }
 
 /// Extensions with images in formats that are not read.
-const OTHER_FORMATS: [(&str, &str); 4] = [
+const OTHER_FORMATS: [(&str, &str); 3] = [
     ("KHR_texture_basisu", "Basis Universal"),
-    ("EXT_texture_webp", "WebP"),
     ("EXT_texture_avif", "AVIF"),
     ("MSFT_texture_dds", "DDS"),
 ];
@@ -144,14 +178,19 @@ fn image_of(texture: &Json<'_>, document: &Document<'_>) -> Option<usize> {
         // The image for programs that do not read the other format.
         return source.as_index("images", document.images.len());
     }
+    if let Some(webp) = texture.extension("EXT_texture_webp") {
+        webp.check_given("source")?;
+        return webp.index("source", "images", document.images.len());
+    }
     let other = OTHER_FORMATS
         .iter()
         .find(|(name, _)| texture.extension(name).is_some());
     match other {
-        Some((name, format)) => texture.reporter().error_with_help(
+        Some((name, format)) => texture.reporter().error_once(
+            name,
             texture.path(),
             &format!("the texture has a {format} image alone (extension `{name}`), which is not supported"),
-            "export textures as PNG or JPEG, or with such a fallback",
+            "export textures as PNG, JPEG or WebP, or with such a fallback".to_owned(),
         ),
         None => texture.error("the texture has no image: the property `source` is missing"),
     }

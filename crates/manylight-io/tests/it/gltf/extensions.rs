@@ -150,10 +150,14 @@ fn lobes_of_extensions() {
 
 #[test]
 fn specular_glossiness_is_converted() {
-    let (desc, _) = extended(
+    let (desc, warnings) = extended(
         "KHR_materials_pbrSpecularGlossiness",
         json!({ "diffuseFactor": [0.1, 0.2, 0.3, 1], "specularFactor": [0.05, 0.05, 0.05], "glossinessFactor": 0.75 }),
         0.5,
+    );
+    assert!(
+        matches!(warnings.as_slice(), [only] if only.contains("KHR_materials_pbrSpecularGlossiness")),
+        "{warnings:?}"
     );
     let p = principled(&desc);
     assert_eq!(p.base_color, ColorInput::Constant(Rgb::new(0.1, 0.2, 0.3)));
@@ -162,4 +166,50 @@ fn specular_glossiness_is_converted() {
         (FloatInput::Constant(0.25), FloatInput::Constant(0.0))
     );
     assert!((((p.eta - 1.0) / (p.eta + 1.0)).powi(2) - 0.05).abs() < 1e-5);
+}
+
+#[test]
+fn metadata_does_not_warn_and_may_be_required() {
+    for name in ["FB_ngon_encoding", "KHR_animation_pointer"] {
+        load(&changed(&[
+            ("/extensionsUsed/1", json!(name)),
+            ("/extensionsRequired", json!([name])),
+        ]));
+    }
+    let unknown = changed(&[("/extensionsRequired", json!(["KHR_materials_transmissive"]))]);
+    let found = Folder::new(&unknown).problems();
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(!found[0].contains("did you mean"), "{found:?}");
+}
+
+#[test]
+fn webp_images_are_read() {
+    let image = image::RgbaImage::from_raw(1, 1, vec![255, 128, 0, 255]).unwrap();
+    let mut file = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut file, image::ImageFormat::WebP).unwrap();
+    let mut document = super::materials::document(json!({
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }
+    }));
+    let texture = json!([{ "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
+    for (path, value) in [
+        ("/textures", texture),
+        ("/extensionsRequired", json!(["EXT_texture_webp"])),
+        (
+            "/images",
+            json!([{ "uri": data_uri("image/webp", file.get_ref()) }]),
+        ),
+    ] {
+        set(&mut document, path, value);
+    }
+    let desc = load(&document);
+    let color = color_at(&desc, principled(&desc).base_color, 0.5);
+    assert!(close(color, [1.0, 0.2158, 0.0]), "{color:?}");
+    // A file that ends early is one error of its image.
+    let cut = data_uri("image/webp", &file.get_ref()[..20]);
+    set(&mut document, "/images", json!([{ "uri": cut }]));
+    let found = Folder::new(&document).problems();
+    assert!(
+        matches!(found.as_slice(), [only] if only.contains("/images/0: embedded image: the image cannot be decoded")),
+        "{found:?}"
+    );
 }

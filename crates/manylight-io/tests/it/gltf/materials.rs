@@ -331,3 +331,30 @@ fn variants_choose_materials() {
         "{found:?}"
     );
 }
+
+#[test]
+fn rough_glass_has_the_product_of_factor_and_texture() {
+    let desc = load(&document(json!({
+        "pbrMetallicRoughness": {
+            "metallicFactor": 0,
+            "roughnessFactor": 0.5,
+            "metallicRoughnessTexture": { "index": 0 }
+        },
+        "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1 }
+        }
+    })));
+    let Material::Dielectric {
+        roughness: Some(roughness),
+        ..
+    } = material_of(&desc, 0)
+    else {
+        panic!()
+    };
+    for (u, stored) in [(0.25, 128.0), (0.75, 0.0)] {
+        let alpha = roughness.alpha_u.eval(Vec2::new(u, 0.5), &desc.textures);
+        let expected: f32 = stored / 255.0 * 0.5;
+        assert!((alpha - expected * expected).abs() < 1e-3, "{alpha}");
+    }
+}
