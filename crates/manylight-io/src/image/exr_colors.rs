@@ -133,7 +133,7 @@ impl ColorSpace {
             return self.convert_planes(planes, rgb, colors);
         }
         if let Some(at) = three(planes, ["RY", "Y", "BY"]) {
-            for_each_pixel(planes, at, |chroma| self.from_luminance_chroma(chroma));
+            for_each_pixel(planes, at, |chroma| self.rgb_of_chroma(chroma));
             rename(planes, at);
             return self.convert_planes(planes, at, colors);
         }
@@ -164,7 +164,7 @@ impl ColorSpace {
     }
 
     /// The color with `RY = (R - Y) / Y`, `Y`, `BY = (B - Y) / Y`.
-    fn from_luminance_chroma(&self, chroma: DVec3) -> DVec3 {
+    fn rgb_of_chroma(&self, chroma: DVec3) -> DVec3 {
         let (ry, y, by) = (chroma.x, chroma.y, chroma.z);
         let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
         let weights = self.luminances;

@@ -18,8 +18,6 @@ pub(super) struct Base {
     pub(super) metallic: FloatInput,
     pub(super) roughness: FloatInput,
     pub(super) roughness_factor: f32,
-    /// Whether roughness is textured.
-    pub(super) has_roughness_texture: bool,
     /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
     pub(super) f0: Option<f32>,
 }
@@ -33,7 +31,6 @@ impl Default for Base {
             metallic: FloatInput::Constant(1.0),
             roughness: FloatInput::Constant(1.0),
             roughness_factor: 1.0,
-            has_roughness_texture: false,
             f0: None,
         }
     }

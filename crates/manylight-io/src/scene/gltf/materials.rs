@@ -2,7 +2,7 @@
 //!
 //! | glTF | here |
 //! |---|---|
-//! | base color, metallic, roughness | the parameters of the same names; alpha = roughness², `layered` |
+//! | base color, metallic, roughness | the parameters of the same names; alpha = roughness², with the layers of glTF |
 //! | F0 by ior and specular | eta with this reflectance |
 //! | normal texture | a normal map with the tangents of MikkTSpace |
 //! | alpha mode | a mask |
@@ -15,13 +15,14 @@ use super::super::names::name_material;
 use super::super::options::GltfOptions;
 use super::super::parameters::Numbers;
 use super::document::Document;
-use super::extensions::{Glass, Lobes, specular_glossiness};
+use super::extensions::{Glass, Lobes};
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
+use super::specular_glossiness::specular_glossiness;
 use super::textures::{Textures, VertexInputs};
 use crate::suggest::with_list;
-use manylight::bsdf::material::PrincipledMaterial;
+use manylight::bsdf::material::{PrincipledLayers, PrincipledMaterial};
 use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
@@ -38,9 +39,9 @@ pub(super) struct Materials {
     /// Names, by the same indices.
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
-    /// Materials without vertex attributes, which meshes share: by index and primary set of texture
-    /// coordinates.
-    shared: HashMap<(Option<usize>, usize), SurfaceMaterial>,
+    /// Materials without vertex attributes, which meshes share: by index, primary set of texture
+    /// coordinates, and bits of the scale.
+    shared: HashMap<(Option<usize>, usize, u32), SurfaceMaterial>,
 }
 
 /// What a surface is made of.
@@ -55,6 +56,14 @@ pub(super) struct SurfaceMaterial {
     pub(super) double_sided: bool,
     /// Whether its opacity is 1.
     pub(super) is_opaque: bool,
+}
+
+/// What a surface is made of.
+#[derive(Clone, Copy, Debug)]
+enum Surfaces {
+    One,
+    /// Two that emit, each to its front.
+    BackToBack,
 }
 
 /// The side of a surface that a normal texture describes.
@@ -75,7 +84,7 @@ impl Materials {
         vertices: &VertexInputs<'_>,
     ) -> SurfaceMaterial {
         let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty();
-        let key = (index, vertices.primary);
+        let key = (index, vertices.primary, vertices.scale.to_bits());
         if let Some(material) = self.shared.get(&key).filter(|_| is_shared) {
             return *material;
         }
@@ -125,17 +134,20 @@ fn principled(base: &Base, lobes: &Lobes) -> Material {
     Material::Principled(Box::new(PrincipledMaterial {
         base_color: base.color,
         roughness: lobes.roughness.unwrap_or(base.roughness),
-        anisotropic: constant(lobes.anisotropic),
+        anisotropic: lobes.anisotropic,
         metallic: base.metallic,
         spec_trans: constant(0.0),
         eta: eta_of_reflectance(base.f0.unwrap_or(lobes.f0)),
         spec_tint: constant(0.0),
-        sheen: constant(lobes.sheen),
+        sheen: lobes.sheen,
         sheen_tint: constant(0.0),
         flatness: constant(0.0),
         clearcoat: lobes.clearcoat,
-        clearcoat_gloss: constant(lobes.clearcoat_gloss),
-        layered: true,
+        clearcoat_gloss: constant(0.0),
+        layers: Some(PrincipledLayers {
+            specular_tint: lobes.specular_tint,
+            coat_roughness: lobes.coat_roughness,
+        }),
         diffuse_reflectance_sampling_rate: 1.0,
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
@@ -166,12 +178,15 @@ impl<'a> MaterialReader<'a, '_> {
             .map(|radiance| self.textures.faded_radiance(radiance, opacity))
             .filter(|radiance| *radiance != BLACK);
         let double_sided = is_unlit || self.json.boolean("doubleSided");
-        let emits_twice = double_sided && radiance.is_some();
+        let surfaces = match double_sided && radiance.is_some() {
+            true => Surfaces::BackToBack,
+            false => Surfaces::One,
+        };
         let [front, back] = match is_unlit {
             true => [self.unlit(); 2],
-            false => self.scattering(&base, emits_twice),
+            false => self.scattering(&base, surfaces),
         };
-        let mut masked = |inner| self.masked(inner, opacity, emits_twice);
+        let mut masked = |inner| self.masked(inner, opacity, surfaces);
         SurfaceMaterial {
             id: masked(front),
             back: masked(back),
@@ -183,12 +198,13 @@ impl<'a> MaterialReader<'a, '_> {
 
     /// The material without its opacity, and the same for a surface that is turned over, if there
     /// is one.
-    fn scattering(&mut self, base: &Base, is_turned_over: bool) -> [MaterialId; 2] {
+    fn scattering(&mut self, base: &Base, surfaces: Surfaces) -> [MaterialId; 2] {
         let lobes = Lobes::read(self, base);
         let opaque = add(self.list, principled(base, &lobes));
         let opaque = add_two_sided(self.list, opaque);
         let glass = Glass::read(self, base, lobes.ior);
-        let has_back = is_turned_over && self.json.has("normalTexture");
+        let is_double = matches!(surfaces, Surfaces::BackToBack);
+        let has_back = is_double && self.json.has("normalTexture");
         let mut seen = |side| {
             let opaque = self.normal_mapped(opaque, side);
             match &glass {
@@ -265,26 +281,19 @@ impl<'a> MaterialReader<'a, '_> {
             roughness: scaled(roughness_factor, 1),
             metallic: scaled(metallic_factor, 2),
             roughness_factor,
-            has_roughness_texture: json.has(name),
             f0: None,
         }
     }
 
-    /// The material with its opacity. `is_one_of_two`: of a surface that is made of two, which lie
-    /// back to back.
-    fn masked(
-        &mut self,
-        inner: MaterialId,
-        opacity: FloatInput,
-        is_one_of_two: bool,
-    ) -> MaterialId {
+    /// The material with its opacity.
+    fn masked(&mut self, inner: MaterialId, opacity: FloatInput, surfaces: Surfaces) -> MaterialId {
         if opacity == FloatInput::Constant(1.0) {
             return inner;
         }
         let masked = add(self.list, Material::Mask { opacity, inner });
-        match is_one_of_two {
-            true => add_front_alone(self.list, masked),
-            false => masked,
+        match surfaces {
+            Surfaces::One => masked,
+            Surfaces::BackToBack => add_front_alone(self.list, masked),
         }
     }
 

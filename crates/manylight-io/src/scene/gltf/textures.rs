@@ -21,6 +21,8 @@ pub(super) struct VertexInputs<'m> {
     pub(super) uvs: &'m [(usize, Vec<Vec2>)],
     /// Colors of the vertices, linear, with opacity; may be empty.
     pub(super) colors: &'m [[f32; 4]],
+    /// From the space of the mesh to the world.
+    pub(super) scale: f32,
 }
 
 /// All textures of a scene.
@@ -143,6 +145,21 @@ impl Textures {
             ColorInput::Texture(base) => Texture::Step { base, threshold },
         };
         ColorInput::Texture(add(&mut self.list, value))
+    }
+
+    /// `first` with weight 1 - `weight`, `second` with weight `weight`.
+    pub(super) fn mix(
+        &mut self,
+        first: ColorInput,
+        second: ColorInput,
+        weight: FloatInput,
+    ) -> ColorInput {
+        let mix = Texture::Mix {
+            first,
+            second,
+            weight,
+        };
+        ColorInput::Texture(add(&mut self.list, mix))
     }
 
     /// A power of a number.

@@ -79,7 +79,7 @@ fn defaults_are_white_metal() {
         (p.metallic, p.roughness),
         (FloatInput::Constant(1.0), FloatInput::Constant(1.0))
     );
-    assert!(p.layered && (p.eta - 1.5).abs() < 1e-5);
+    assert!(p.layers.is_some() && (p.eta - 1.5).abs() < 1e-5);
 }
 
 #[test]

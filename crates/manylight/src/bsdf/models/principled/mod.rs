@@ -5,12 +5,15 @@
 //! 3's.
 
 mod front;
+mod layers;
 mod sampling;
 mod terms;
 mod thin;
 
 use front::PrincipledFront;
 pub(in crate::bsdf) use front::PrincipledToWo;
+pub(in crate::bsdf) use layers::LayerParameters;
+use layers::Layers;
 pub(in crate::bsdf) use thin::{PrincipledThin, PrincipledThinParameters};
 
 use super::dielectric::{HalfVector, interface_bounds};
@@ -49,7 +52,7 @@ pub(in crate::bsdf) struct PrincipledParameters<S: Width> {
     pub flatness: Float<S>,
     pub clearcoat: Float<S>,
     pub clearcoat_gloss: Float<S>,
-    pub layered: bool,
+    pub layers: Option<LayerParameters<S>>,
     pub diffuse_rate: f32,
     pub specular_rate: f32,
     pub clearcoat_rate: f32,
@@ -78,7 +81,8 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     clearcoat_alpha: Float<S>,
     /// Normalization of the clear coat's distribution; see [`terms::gtr1`].
     clearcoat_norm: Float<S>,
-    layered: bool,
+    /// Those of glTF 2.0; none have no effect.
+    layers: Layers<S>,
     diffuse_rate: f32,
     specular_rate: f32,
     clearcoat_rate: f32,
@@ -120,6 +124,11 @@ impl<S: Width> Principled<S> {
         let [dull, glossy] = CLEARCOAT_ALPHA;
         let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
         let a2 = clearcoat_alpha * clearcoat_alpha;
+        // The coat of the layers replaces the other one.
+        let (layers, clearcoat) = match &p.layers {
+            Some(layers) => (Layers::new(layers, p.eta), p.clearcoat.same(0.0)),
+            None => (Layers::none(p.clearcoat.width()), p.clearcoat),
+        };
         Principled {
             base_color: p.base_color,
             facets: disney_facets(p.roughness, p.anisotropic),
@@ -132,10 +141,10 @@ impl<S: Width> Principled<S> {
             sheen: p.sheen * (1.0 - p.metallic),
             sheen_tint: p.sheen_tint,
             flatness: p.flatness,
-            clearcoat: p.clearcoat,
+            clearcoat,
             clearcoat_alpha,
             clearcoat_norm: (a2 - 1.0) / (PI * a2.ln()),
-            layered: p.layered,
+            layers,
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
@@ -172,6 +181,11 @@ impl<S: Width> Principled<S> {
                 &ByClass::of_microfacets(self.clearcoat_class(), lobes, clearcoat),
                 one,
             );
+            let coat = Color::grey(parts.coat);
+            values.add(
+                &ByClass::of_microfacets(self.layers.coat_class(), lobes, coat),
+                one,
+            );
         }
         values
     }
@@ -187,20 +201,21 @@ impl<S: Width> Principled<S> {
         let tint = luminance_tint(self.base_color);
         let schlick_r0 = self.base_color * self.metallic + tint * (r0 * tinted);
         let sheen = tint.map(|v| (1.0 - self.sheen_tint) + v * self.sheen_tint);
+        let plain = (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface;
         PrincipledFront {
             eta: interface.same(self.eta),
             inv_eta: interface.same(self.eta.recip()),
-            plain: (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface,
+            plain,
             schlick: (self.metallic + tinted) * interface,
             schlick_r0: schlick_r0 * interface,
-            base: self.base_color * (self.brdf * FRAC_1_PI * diffuse),
+            base: self.base_color * (self.brdf * FRAC_1_PI * diffuse * self.layers.untinted()),
             sheen: sheen * (self.sheen * diffuse),
             roughness: self.roughness,
             flatness: self.flatness,
-            layered: interface.same(if self.layered { 1.0 } else { 0.0 }),
             clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class())),
             clearcoat_excess: self.clearcoat_excess(),
             clearcoat_norm: self.clearcoat_norm,
+            layers: self.layers.requested(plain, lobes),
         }
     }
 
@@ -244,6 +259,7 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
         self.specular_class()
             .or(glossy.within(has_diffuse))
             .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
+            .or(self.layers.coat_class().within(self.layers.has_coat()))
     }
 
     #[inline(always)]
@@ -292,7 +308,7 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
     #[inline(always)]
     fn alpha(&self) -> Float<S> {
         let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
-        least_glossy([self.facets.min_alpha(), clearcoat])
+        least_glossy([self.facets.min_alpha(), clearcoat, self.layers.coat_alpha()])
     }
 }
 
