@@ -191,36 +191,6 @@ fn rename(planes: &mut Planes, at: [usize; 3]) {
     }
 }
 
-/// All values of a channel that has one for each `sampling` pixels along x and y, interpolated.
-/// `size` is that of the image.
-pub(super) fn all_values(values: Vec<f32>, sampling: [usize; 2], size: [usize; 2]) -> Vec<f32> {
-    let stored = [0, 1].map(|axis| size[axis] / sampling[axis].max(1));
-    let is_complete = stored[0] * stored[1] == values.len() && !values.is_empty();
-    if sampling == [1, 1] || !is_complete {
-        return values;
-    }
-    // The pair of stored values around pixel `i` along an axis, and the weight of the second one.
-    let around = |i: usize, axis: usize| {
-        let last = stored[axis] - 1;
-        let before = (i / sampling[axis]).min(last);
-        let weight = (i % sampling[axis]) as f32 / sampling[axis] as f32;
-        (before, (before + 1).min(last), weight)
-    };
-    let value = |x: usize, y: usize| {
-        let (left, right, u) = around(x, 0);
-        let (above, below, v) = around(y, 1);
-        let row = |y: usize| {
-            let at = |x: usize| values[y * stored[0] + x];
-            at(left) * (1.0 - u) + at(right) * u
-        };
-        row(above) * (1.0 - v) + row(below) * v
-    };
-    (0..size[1])
-        .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
-        .map(|(x, y)| value(x, y))
-        .collect()
-}
-
 fn is_rec_709(found: &Chromaticities) -> bool {
     /// Largest difference of a coordinate: writers round, and some give D65 as (0.3127, 0.3291).
     const ROUNDING: f32 = 1e-3;
@@ -306,13 +276,5 @@ mod tests {
             red.abs_diff_eq(DVec3::new(1.705, -0.130, -0.024), 2e-3),
             "{red}"
         );
-    }
-
-    #[test]
-    fn subsampled_channels_are_interpolated() {
-        let values = all_values(vec![0.0, 2.0, 4.0, 6.0], [2, 2], [4, 4]);
-        assert_eq!(values[..4], [0.0, 1.0, 2.0, 2.0]);
-        assert_eq!(values[4..8], [2.0, 3.0, 4.0, 4.0]);
-        assert_eq!(all_values(vec![1.0], [1, 1], [1, 1]), [1.0]);
     }
 }

@@ -2,7 +2,7 @@
 //! channels.
 
 use super::exr_checks::{check_headers, damaged};
-use super::exr_colors::{ColorSpace, Colors, Planes, REC_709, all_values};
+use super::exr_colors::{ColorSpace, Colors, Planes, REC_709};
 use super::layered::{ImageWindow, LayeredImage, interleave};
 use crate::file_error::Fault;
 use exr::image::read::read;
@@ -98,17 +98,7 @@ fn decode(bytes: &[u8], colors: Colors) -> Result<(LayeredImage, ColorSpace), Fa
             {
                 name = format!("{part_name}.{name}");
             }
-            let values = channel.sample_data.values_as_f32().collect();
-            let sampling = [channel.sampling.x(), channel.sampling.y()];
-            let values = all_values(values, sampling, [size.width(), size.height()]);
-            if values.len() != size.area() {
-                return Err(Fault::new(format!(
-                    "the channel {name} of the EXR image has {} values, expected {}",
-                    values.len(),
-                    size.area()
-                )));
-            }
-            channels.push((name, values));
+            channels.push((name, channel.sample_data.values_as_f32().collect()));
         }
     }
     let space = ColorSpace::of(&image.attributes, first)?;

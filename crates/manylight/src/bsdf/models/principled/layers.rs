@@ -28,13 +28,30 @@ pub(in crate::bsdf) struct LayerParameters<S: Width> {
     pub coat_roughness: Float<S>,
 }
 
+impl<S: Width> LayerParameters<S> {
+    /// What the tint adds to the reflectance `r` of an interface of index `eta`, over `1 - r`: the
+    /// sum is `c r0` at normal incidence for the tint `c`, and 1 at grazing angles.
+    #[inline(always)]
+    pub(super) fn added(&self, eta: f32) -> Color<S> {
+        let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
+        let per_tint = r0 / (1.0 - r0);
+        self.specular_tint.map(|c| ((c - 1.0) * per_tint).min(1.0))
+    }
+
+    /// Roughness alpha of the coat.
+    #[inline(always)]
+    pub(super) fn coat_alpha(&self) -> Float<S> {
+        (self.coat_roughness * self.coat_roughness).max(MIN_ALPHA)
+    }
+}
+
 /// The layers at a point.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Layers<S: Width> {
     /// 1 if the diffuse lobe is Lambertian under the main interface, else 0.
     pub(super) present: Float<S>,
-    /// What the tint adds to the reflectance `r` of the dielectric, over `1 - r`; in
-    /// [`PrincipledFront`](super::PrincipledFront) with the weight of the dielectric.
+    /// [`LayerParameters::added`]; in [`PrincipledFront`](super::PrincipledFront) with the weight
+    /// of the dielectric.
     tint: Color<S>,
     /// Weight of the coat where it keeps light from what is below.
     coat: Float<S>,
@@ -52,18 +69,14 @@ lanewise!(Layers {
 });
 
 impl<S: Width> Layers<S> {
-    /// Layers with a main interface of index `eta`. Its reflectance `r` becomes `r + t (1 - r)`,
-    /// which is `c r0` at normal incidence for the tint `c`, and 1 at grazing angles.
+    /// Layers with this [`LayerParameters::added`], and a coat of this weight and roughness alpha.
     #[inline(always)]
-    pub(super) fn new(p: &LayerParameters<S>, eta: f32) -> Self {
-        let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
-        let per_tint = if r0 > 0.0 { r0 / (1.0 - r0) } else { 0.0 };
-        let alpha = (p.coat_roughness * p.coat_roughness).max(MIN_ALPHA);
+    pub(super) fn new(tint: Color<S>, coat: Float<S>, alpha: Float<S>) -> Self {
         Layers {
-            present: p.coat.same(1.0),
-            tint: p.specular_tint.map(|c| ((c - 1.0) * per_tint).min(1.0)),
-            coat: p.coat,
-            reflecting: p.coat,
+            present: coat.same(1.0),
+            tint,
+            coat,
+            reflecting: coat,
             facets: Microfacets::new(Distribution::Ggx, alpha, alpha),
         }
     }
@@ -102,12 +115,6 @@ impl<S: Width> Layers<S> {
         }
     }
 
-    /// Fraction of the light that the tint leaves to the diffuse lobe: that of its largest channel.
-    #[inline(always)]
-    pub(super) fn untinted(&self) -> Float<S> {
-        1.0 - self.tint.max_channel()
-    }
-
     /// What the tint adds to the plain reflectance `r`.
     #[inline(always)]
     pub(super) fn tinted(&self, r: Float<S>) -> Color<S> {
@@ -125,14 +132,8 @@ impl<S: Width> Layers<S> {
     }
 
     #[inline(always)]
-    pub(super) fn coat_class(&self) -> Classes<S> {
+    fn coat_class(&self) -> Classes<S> {
         self.facets.class()
-    }
-
-    /// Roughness alpha of the coat; 1 without one.
-    #[inline(always)]
-    pub(super) fn coat_alpha(&self) -> Float<S> {
-        self.has_coat().select(self.facets.min_alpha(), 1.0)
     }
 
     /// Reflectance of the coat, with its weight, at the cosine `cos` to a facet.

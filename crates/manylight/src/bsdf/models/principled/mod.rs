@@ -81,8 +81,11 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     clearcoat_alpha: Float<S>,
     /// Normalization of the clear coat's distribution; see [`terms::gtr1`].
     clearcoat_norm: Float<S>,
-    /// Those of glTF 2.0; none have no effect.
-    layers: Layers<S>,
+    /// Whether the layers are those of glTF 2.0. Then `clearcoat` and `clearcoat_alpha` are those of
+    /// their coat.
+    layered: bool,
+    /// [`LayerParameters::added`].
+    tint: Color<S>,
     diffuse_rate: f32,
     specular_rate: f32,
     clearcoat_rate: f32,
@@ -121,13 +124,20 @@ fn least_glossy<S: Width, const N: usize>(alphas: [Float<S>; N]) -> Float<S> {
 impl<S: Width> Principled<S> {
     #[inline(always)]
     pub(in crate::bsdf) fn new(p: PrincipledParameters<S>) -> Self {
+        let zero = p.clearcoat.same(0.0);
         let [dull, glossy] = CLEARCOAT_ALPHA;
-        let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
+        let (tint, clearcoat, clearcoat_alpha) = match &p.layers {
+            Some(layers) => (layers.added(p.eta), layers.coat, layers.coat_alpha()),
+            None => {
+                let alpha = dull + (glossy - dull) * p.clearcoat_gloss;
+                (Color::grey(zero), p.clearcoat, alpha)
+            }
+        };
         let a2 = clearcoat_alpha * clearcoat_alpha;
-        // The coat of the layers replaces the other one.
-        let (layers, clearcoat) = match &p.layers {
-            Some(layers) => (Layers::new(layers, p.eta), p.clearcoat.same(0.0)),
-            None => (Layers::none(p.clearcoat.width()), p.clearcoat),
+        let layered = p.layers.is_some();
+        let clearcoat_norm = match layered {
+            true => zero,
+            false => (a2 - 1.0) / (PI * a2.ln()),
         };
         Principled {
             base_color: p.base_color,
@@ -143,8 +153,9 @@ impl<S: Width> Principled<S> {
             flatness: p.flatness,
             clearcoat,
             clearcoat_alpha,
-            clearcoat_norm: (a2 - 1.0) / (PI * a2.ln()),
-            layers,
+            clearcoat_norm,
+            layered,
+            tint,
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
@@ -183,7 +194,7 @@ impl<S: Width> Principled<S> {
             );
             let coat = Color::grey(parts.coat);
             values.add(
-                &ByClass::of_microfacets(self.layers.coat_class(), lobes, coat),
+                &ByClass::of_microfacets(self.clearcoat_class(), lobes, coat),
                 one,
             );
         }
@@ -208,14 +219,20 @@ impl<S: Width> Principled<S> {
             plain,
             schlick: (self.metallic + tinted) * interface,
             schlick_r0: schlick_r0 * interface,
-            base: self.base_color * (self.brdf * FRAC_1_PI * diffuse * self.layers.untinted()),
+            base: self.base_color
+                * (self.brdf * FRAC_1_PI * diffuse * (1.0 - self.tint.max_channel())),
             sheen: sheen * (self.sheen * diffuse),
             roughness: self.roughness,
             flatness: self.flatness,
-            clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class())),
+            clearcoat: match self.layered {
+                true => interface.same(0.0),
+                false => {
+                    self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class()))
+                }
+            },
             clearcoat_excess: self.clearcoat_excess(),
             clearcoat_norm: self.clearcoat_norm,
-            layers: self.layers.requested(plain, lobes),
+            layers: self.layers().requested(plain, lobes),
         }
     }
 
@@ -228,6 +245,15 @@ impl<S: Width> Principled<S> {
         weight: Float<S>,
     ) -> PrincipledToWo<S> {
         self.front(lobes).with_wo(self.facets, wo, weight)
+    }
+
+    /// The layers of glTF 2.0, if there are any.
+    #[inline(always)]
+    fn layers(&self) -> Layers<S> {
+        match self.layered {
+            true => Layers::new(self.tint, self.clearcoat, self.clearcoat_alpha),
+            false => Layers::none(self.clearcoat.width()),
+        }
     }
 
     /// See [`terms::gtr1`].
@@ -259,7 +285,6 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
         self.specular_class()
             .or(glossy.within(has_diffuse))
             .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
-            .or(self.layers.coat_class().within(self.layers.has_coat()))
     }
 
     #[inline(always)]
@@ -308,7 +333,7 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
     #[inline(always)]
     fn alpha(&self) -> Float<S> {
         let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
-        least_glossy([self.facets.min_alpha(), clearcoat, self.layers.coat_alpha()])
+        least_glossy([self.facets.min_alpha(), clearcoat])
     }
 }
 

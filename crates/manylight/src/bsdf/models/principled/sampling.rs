@@ -21,14 +21,13 @@ pub(super) const MIN_SCHLICK: f32 = 0.02;
 pub(super) struct Strategies<S: Width> {
     diffuse: Float<S>,
     clearcoat: Float<S>,
-    coat: Float<S>,
     specular: Float<S>,
 }
 
 impl<S: Width> Strategies<S> {
     #[inline(always)]
     pub(super) fn total(&self) -> Float<S> {
-        self.diffuse + self.clearcoat + self.coat + self.specular
+        self.diffuse + self.clearcoat + self.specular
     }
 }
 
@@ -43,17 +42,17 @@ impl<S: Width> Principled<S> {
             front.interface_reflectance(cos, MIN_SCHLICK).max_channel() + self.transmitted(cos);
         let of_specular = lobes.has(self.specular_class());
         let of_clearcoat = lobes.has(self.clearcoat_class());
-        let of_coat = lobes.has(self.layers.coat_class()) & self.layers.has_coat();
         let (mut diffuse, mut specular) = (diffuse, specular);
-        if of_coat.any() {
-            let passing = self.layers.passing(cos);
+        let mut coat = front.clearcoat_reflectance(cos);
+        if self.layered {
+            let layers = self.layers();
+            let passing = layers.passing(cos);
             (diffuse, specular) = (diffuse * passing, specular * passing);
+            coat = layers.coat_reflectance(cos);
         }
         let mut chosen = Strategies {
-            coat: of_coat.select(self.layers.coat_reflectance(cos), 0.0),
             diffuse: lobes.glossy.select(diffuse * self.diffuse_rate, 0.0),
-            clearcoat: of_clearcoat
-                .select(front.clearcoat_reflectance(cos) * self.clearcoat_rate, 0.0),
+            clearcoat: of_clearcoat.select(coat * self.clearcoat_rate, 0.0),
             specular: of_specular.select(specular * self.specular_rate, 0.0),
         };
         // Without a positive probability by these rates, lobes of the requested classes must be
@@ -65,14 +64,12 @@ impl<S: Width> Principled<S> {
         let one = cos.same(1.0);
         chosen.diffuse = fallback(lobes.glossy, one, chosen.diffuse);
         chosen.clearcoat = fallback(of_clearcoat, self.clearcoat, chosen.clearcoat);
-        chosen.coat = fallback(of_coat, one, chosen.coat);
         chosen.specular = fallback(of_specular, one, chosen.specular);
         let below = cos.lt(0.0);
         let transparent = (of_specular & self.transmits()).select(1.0, 0.0);
         Strategies {
             diffuse: below.select(0.0, chosen.diffuse),
             clearcoat: below.select(0.0, chosen.clearcoat),
-            coat: below.select(0.0, chosen.coat),
             specular: below.select(transparent, chosen.specular),
         }
     }
@@ -123,13 +120,11 @@ impl<S: Width> Principled<S> {
         pdf += on_front.select(diffuse, 0.0);
         let coated = on_front & strategies.clearcoat.gt(0.0);
         if coated.any() {
-            let density = self.clearcoat_density(m.z) * m.z / (4.0 * other.dot(m));
+            let density = match self.layered {
+                true => half.pdf(self.layers().coat_facets(), given, other),
+                false => self.clearcoat_density(m.z) * m.z / (4.0 * other.dot(m)),
+            };
             pdf += coated.select(strategies.clearcoat * density, 0.0);
-        }
-        let coated = on_front & strategies.coat.gt(0.0);
-        if coated.any() {
-            let density = half.pdf(self.layers.coat_facets(), given, other);
-            pdf += coated.select(strategies.coat * density, 0.0);
         }
         total.gt(0.0).select(pdf / total, 0.0)
     }
@@ -145,24 +140,22 @@ impl<S: Width> Principled<S> {
         let chosen = u.lobe * strategies.total();
         let of_base = chosen.lt(strategies.diffuse);
         let of_clearcoat = chosen.lt(strategies.diffuse + strategies.clearcoat) & !of_base;
-        let before_coat = strategies.diffuse + strategies.clearcoat;
-        let of_coat = chosen.lt(before_coat + strategies.coat) & !(of_base | of_clearcoat);
-        let of_interface = !(of_base | of_clearcoat | of_coat) & strategies.specular.gt(0.0);
+        let of_interface = !(of_base | of_clearcoat) & strategies.specular.gt(0.0);
         let mut sample = ModelSample::finite(cosine_hemisphere(u.direction), of_base);
         if of_clearcoat.any() {
-            let w = reflect(given, self.sample_clearcoat(u.direction));
+            let m = match self.layered {
+                true => {
+                    let above = given * given.z.sign();
+                    self.layers().coat_facets().sample(above, u.direction)
+                }
+                false => self.sample_clearcoat(u.direction),
+            };
+            let w = reflect(given, m);
             let coat = ModelSample::finite(w, w.z.gt(0.0));
             sample = ModelSample::select(of_clearcoat, &coat, &sample);
         }
-        if of_coat.any() {
-            let m = (self.layers.coat_facets()).sample(given * given.z.sign(), u.direction);
-            let w = reflect(given, m);
-            let coat = ModelSample::finite(w, w.z.gt(0.0));
-            sample = ModelSample::select(of_coat, &coat, &sample);
-        }
         if of_interface.any() {
-            let left = (chosen - strategies.diffuse - strategies.clearcoat - strategies.coat)
-                / strategies.specular;
+            let left = (chosen - strategies.diffuse - strategies.clearcoat) / strategies.specular;
             let m = self.facets.sample(given * given.z.sign(), u.direction);
             let reflects = left.ge(self.transmission_probability(given, m));
             let cos = given.dot(m);
