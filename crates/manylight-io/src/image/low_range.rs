@@ -87,9 +87,9 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
 /// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit
 /// becomes four bytes.
 const PNG_EXPANSION: u32 = 1032 * 32;
-/// A lossless image of one color takes no bits for its pixels: about 30 bytes, whatever its size. A
-/// lossy one takes at least a bit for a block of 16 x 16 pixels with four bytes each.
-const WEBP_EXPANSION: u32 = 1 << 17;
+/// A lossless image of one color takes no bits for its pixels: 2048 x 2048 of them fit into 30
+/// bytes. Larger ones than the headers need are refused.
+const WEBP_EXPANSION: u32 = 1 << 19;
 /// Two bytes of a run are 255 pixels of three bytes.
 const BMP_EXPANSION: u32 = 512;
 /// Two bytes of a run are 128 pixels of four bytes.
