@@ -181,6 +181,7 @@ fn texture_bytes(texture: &Texture) -> usize {
         | Texture::Dots { .. }
         | Texture::Power { .. }
         | Texture::Step { .. }
+        | Texture::Transformed { .. }
         | Texture::Solid(_)
         | Texture::Projected { .. } => 0,
     }

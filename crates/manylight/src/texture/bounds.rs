@@ -52,9 +52,9 @@ impl<'t> TextureBounds<'t> {
                 let luminances = colors.values.iter().map(|color| color.luminance());
                 luminances.fold(0.0, f32::max)
             }
-            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
-                self.luminance(*inner)
-            }
+            Texture::OtherUv { inner, .. }
+            | Texture::Transformed { inner, .. }
+            | Texture::Projected { inner, .. } => self.luminance(*inner),
             _ => match alternatives(texture) {
                 Some([a, b]) => of_input(a).max(of_input(b)),
                 None => self.channel_of(texture),
@@ -81,9 +81,9 @@ impl<'t> TextureBounds<'t> {
             Texture::Solid(solid) => solid.max_channel(of_input),
             Texture::Power { base, exponent } => self.channel(*base).max(0.0).powf(*exponent),
             Texture::Step { .. } => 1.0,
-            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
-                self.channel(*inner)
-            }
+            Texture::OtherUv { inner, .. }
+            | Texture::Transformed { inner, .. }
+            | Texture::Projected { inner, .. } => self.channel(*inner),
         }
     }
 }

@@ -72,6 +72,13 @@ pub enum Texture {
         /// The threshold.
         threshold: f32,
     },
+    /// Another texture at transformed coordinates: transforms of one image share its pixels.
+    Transformed {
+        /// Transform of (u, v, 1).
+        uv_transform: Mat3,
+        /// The texture.
+        inner: TextureId,
+    },
     /// A pattern in space.
     Solid(Solid),
     /// Another texture at texture coordinates by position.
@@ -96,6 +103,7 @@ impl Texture {
             | Texture::Dots { .. }
             | Texture::Power { .. }
             | Texture::Step { .. }
+            | Texture::Transformed { .. }
             | Texture::Solid(_)
             | Texture::Projected { .. } => true,
         }
@@ -112,7 +120,8 @@ impl Texture {
             Texture::OtherUv { inner, .. }
             | Texture::Projected { inner, .. }
             | Texture::Power { base: inner, .. }
-            | Texture::Step { base: inner, .. } => [Some(*inner), None, None],
+            | Texture::Step { base: inner, .. }
+            | Texture::Transformed { inner, .. } => [Some(*inner), None, None],
             Texture::Dots {
                 inside, outside, ..
             } => [inside.texture(), outside.texture(), None],

@@ -241,6 +241,13 @@ impl<'a, S: Width> Lookup<'a, S> {
         weight.clamp(0.0, 1.0)
     }
 
+    /// The texture `inner` at transformed coordinates.
+    #[inline(always)]
+    fn at_transformed(&self, uv_transform: &Mat3, inner: TextureId) -> Self {
+        let uv = transformed(uv_transform, self.at.uv);
+        self.of(&self.textures[inner.index()]).with_uv(uv)
+    }
+
     /// 1 in the lanes in which a texture has at least the value `threshold`, else 0.
     #[inline(always)]
     fn step(&self, base: TextureId, threshold: f32) -> Float<S> {
@@ -318,6 +325,10 @@ impl<S: Width> Lookup<'_, S> {
                 base.map(|v| power(v, *exponent))
             }
             Texture::Step { base, threshold } => Color::grey(self.step(*base, *threshold)),
+            Texture::Transformed {
+                uv_transform,
+                inner,
+            } => self.at_transformed(uv_transform, *inner).color(),
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
                     let p = self.positions();
@@ -376,6 +387,10 @@ impl<S: Width> Lookup<'_, S> {
                 power(self.of(&self.textures[base.index()]).value(), *exponent)
             }
             Texture::Step { base, threshold } => self.step(*base, *threshold),
+            Texture::Transformed {
+                uv_transform,
+                inner,
+            } => self.at_transformed(uv_transform, *inner).value(),
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
                     let p = self.positions();
@@ -428,6 +443,16 @@ impl<S: Width> Lookup<'_, S> {
                 let base = self.of(&self.textures[base.index()]);
                 let slope = power(base.value(), exponent - 1.0) * *exponent;
                 base.gradient(dp) * slope.is_finite().select(slope, 0.0)
+            }
+            Texture::Transformed {
+                uv_transform: m,
+                inner,
+            } => {
+                let g = self.at_transformed(m, *inner).gradient(dp);
+                Pair::new(
+                    g.x * m.x_axis.x + g.y * m.x_axis.y,
+                    g.x * m.y_axis.x + g.y * m.y_axis.y,
+                )
             }
             Texture::Solid(solid) => {
                 let (p, du, dv) = (self.positions(), each_vector(dp[0]), each_vector(dp[1]));

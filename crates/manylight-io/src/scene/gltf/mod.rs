@@ -158,7 +158,11 @@ fn drop_full_masks(desc: &mut SceneDesc) {
         match opacity {
         FloatInput::Constant(_) => false,
         FloatInput::Texture(id) => *full.entry(id).or_insert_with(|| {
-            matches!(&textures[id.index()], Texture::Bitmap(bitmap) if bitmap.image.data.iter().all(|v| *v == 1.0))
+            let texture = match &textures[id.index()] {
+                Texture::Transformed { inner, .. } => &textures[inner.index()],
+                texture => texture,
+            };
+            matches!(texture, Texture::Bitmap(bitmap) if bitmap.image.data.iter().all(|v| *v == 1.0))
         }),
     }
     };

@@ -30,6 +30,7 @@ pub(super) struct VertexInputs<'m> {
 pub(super) struct Textures {
     pub(super) list: Vec<Texture>,
     pub(super) images: ImageUses,
+    /// Images, and their transforms, by what they are made of.
     bitmaps: HashMap<String, TextureId>,
 }
 
@@ -61,18 +62,34 @@ impl Textures {
         } else {
             filtering
         };
-        let uv_transform = uv_transform(info);
-        let key = format!("{image} {content:?} {filtering:?} {wrap:?} {uv_transform:?}");
+        let key = format!("{image} {content:?} {filtering:?} {wrap:?}");
         let id = match self.bitmaps.get(&key) {
             Some(id) => *id,
             None => {
-                let id = add(&mut self.list, bitmap(filtering, wrap, uv_transform));
+                let id = add(&mut self.list, bitmap(filtering, wrap, Mat3::IDENTITY));
                 self.images.add(image, content, id);
                 self.bitmaps.insert(key, id);
                 id
             }
         };
+        let id = self.transformed(id, uv_transform(info));
         Some(self.at_set(id, info, vertices))
+    }
+
+    /// The texture `inner` at transformed coordinates. All transforms of an image share its pixels.
+    fn transformed(&mut self, inner: TextureId, uv_transform: Mat3) -> TextureId {
+        if uv_transform == Mat3::IDENTITY {
+            return inner;
+        }
+        let key = format!("{inner:?} {uv_transform:?}");
+        let textures = &mut self.list;
+        *self.bitmaps.entry(key).or_insert_with(|| {
+            let transformed = Texture::Transformed {
+                uv_transform,
+                inner,
+            };
+            add(textures, transformed)
+        })
     }
 
     /// The texture `id` at the set of texture coordinates that `info` names.
