@@ -7,10 +7,9 @@
 //! Sources: "Technical Introduction to OpenEXR" (luminance/chroma images, chromaticities); Lindbloom,
 //! "Chromatic Adaptation"; the identifiers of the Color Interop Forum.
 
-use super::exr_file::{COLOR_INTEROP_ID, text};
 use crate::file_error::Fault;
 use exr::image::{AnyChannels, FlatSamples, Layer as Part};
-use exr::meta::attribute::{AttributeValue, Chromaticities};
+use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::meta::header::ImageAttributes;
 use exr::prelude::Vec2;
 use glam::{DMat3, DVec3};
@@ -23,6 +22,10 @@ pub(super) enum Colors {
     /// Leave the values as they are stored: they are no colors.
     Stored,
 }
+
+/// The attribute with an identifier of the Color Interop Forum for the color space, which OpenEXR
+/// standardizes beside the chromaticities.
+pub(super) const COLOR_INTEROP_ID: &str = "colorInteropID";
 
 /// Primaries and white point of Rec. 709.
 pub(super) const REC_709: Chromaticities =
@@ -247,6 +250,11 @@ fn adaptation(from: DVec3, to: DVec3) -> DMat3 {
     let cones = DMat3::from_cols_array(&ROWS).transpose();
     let gains = (cones * to) / (cones * from);
     cones.inverse() * DMat3::from_diagonal(gains) * cones
+}
+
+/// The text of an attribute.
+pub(super) fn text(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 fn shown(xy: Vec2<f32>) -> String {

@@ -2,7 +2,7 @@
 //! channels.
 
 use super::exr_checks::{check_headers, damaged};
-use super::exr_colors::{ColorSpace, Colors, Planes, REC_709};
+use super::exr_colors::{COLOR_INTEROP_ID, ColorSpace, Colors, Planes, REC_709, text};
 use super::layered::{ImageWindow, LayeredImage, interleave};
 use crate::file_error::Fault;
 use exr::image::read::read;
@@ -132,10 +132,6 @@ fn window_of(
     (is_inside && size != window.full_size).then_some(window)
 }
 
-pub(super) fn text(text: &Text) -> String {
-    String::from_utf8_lossy(text.as_slice()).into_owned()
-}
-
 /// All text attributes, sorted by name.
 fn metadata_of(attributes: &LayerAttributes) -> Vec<(String, String)> {
     let standard = [
@@ -166,10 +162,7 @@ const OWNER: &str = "owner";
 /// Local time as `YYYY:MM:DD hh:mm:ss`; here universal time, with `utcOffset` 0.
 const CAPTURE_DATE: &str = "capDate";
 
-/// The tag of the color space of rendered images, and its value for linear Rec. 709 that is
-/// proportional to radiance: an identifier of the Color Interop Forum, which OpenEXR standardizes
-/// beside the chromaticities.
-pub(super) const COLOR_INTEROP_ID: &str = "colorInteropID";
+/// The tag of rendered images: linear Rec. 709 that is proportional to radiance.
 const LINEAR_REC_709_SCENE: &str = "lin_rec709_scene";
 
 /// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata

@@ -3,15 +3,11 @@
 use super::super::options::LightUnits;
 use super::super::parameters::Numbers;
 use super::json::Json;
-use super::origin::Origin;
+use super::origin::{LUMENS_PER_WATT, Origin};
 use glam::{DMat4, DVec3};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-
-/// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which
-/// Blender's exporter uses for all colors.
-pub(super) const LUMENS_PER_WATT: f32 = 683.0;
 
 /// How the writer of a file means its numbers.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,11 @@
 //! choice, or that a program writes in another way.
 
 use super::json::Json;
-use super::lights::LUMENS_PER_WATT;
 use std::f64::consts::PI;
+
+/// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which
+/// Blender's exporter uses for all colors.
+pub(super) const LUMENS_PER_WATT: f32 = 683.0;
 
 /// Programs that rewrite files of others, and put their name in the place of the other one.
 const REWRITERS: [&str; 2] = ["glTF-Transform", "gltfpack"];
