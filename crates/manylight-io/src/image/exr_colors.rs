@@ -4,8 +4,8 @@
 //! gray stays gray, as color tools do. Luminance/chroma (`Y`, `RY`, `BY`) and CIE tristimulus
 //! values (`X`, `Y`, `Z`) become `R`, `G`, `B`.
 //!
-//! Sources: "Technical Introduction to OpenEXR" (luminance/chroma images, chromaticities); Lindbloom,
-//! "Chromatic Adaptation"; the identifiers of the Color Interop Forum.
+//! Sources: "Technical Introduction to OpenEXR" (luminance/chroma images, chromaticities);
+//! Lindbloom, "Chromatic Adaptation"; the identifiers of the Color Interop Forum.
 
 use crate::file_error::Fault;
 use exr::image::{AnyChannels, FlatSamples, Layer as Part};

@@ -74,8 +74,8 @@ impl<'a> Reporter<'a> {
         self.add_error("gltf::invalid", path, message, |problem| problem.help(help));
     }
 
-    /// Adds an error with a suggestion, the first one of its `subject` only: one cause has one error,
-    /// wherever it is met.
+    /// Adds an error with a suggestion, the first one of its `subject` only: one cause has one
+    /// error, wherever it is met.
     pub(super) fn error_once(&self, subject: &str, path: &str, message: &str, help: String) {
         let key = (String::new(), subject.to_owned());
         if self.reported.borrow_mut().insert(key) {

@@ -28,8 +28,8 @@ pub(super) fn of_view<'a>(view: &Json<'a>) -> Option<(Json<'a>, &'static str)> {
     names.find_map(|name| Some((view.extension(name)?, *name)))
 }
 
-/// The content of a view that is compressed by `extension` of this name, of which `bytes` is the compressed
-/// data. `None` if it cannot be decoded, which is reported.
+/// The content of a view that is compressed by `extension` of this name, of which `bytes` is the
+/// compressed data. `None` if it cannot be decoded, which is reported.
 pub(super) fn decode_view(extension: &Json<'_>, name: &str, bytes: &[u8]) -> Option<Vec<u8>> {
     #[cfg(feature = "meshopt")]
     {

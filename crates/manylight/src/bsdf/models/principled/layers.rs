@@ -1,5 +1,5 @@
-//! The layers of glTF 2.0: a tinted dielectric interface over the diffuse part, and a clear coat over
-//! both.
+//! The layers of glTF 2.0: a tinted dielectric interface over the diffuse part, and a clear coat
+//! over both.
 //!
 //! Sources: "glTF 2.0 Specification", appendix B; KHR_materials_specular; KHR_materials_clearcoat.
 //! The coat is weighted by Fresnel's equations, and what is below by the light that passes it on

@@ -81,8 +81,8 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     clearcoat_alpha: Float<S>,
     /// Normalization of the clear coat's distribution; see [`terms::gtr1`].
     clearcoat_norm: Float<S>,
-    /// Whether the layers are those of glTF 2.0. Then `clearcoat` and `clearcoat_alpha` are those of
-    /// their coat.
+    /// Whether the layers are those of glTF 2.0. Then `clearcoat` and `clearcoat_alpha` are those
+    /// of their coat.
     layered: bool,
     /// [`LayerParameters::added`].
     tint: Color<S>,
