@@ -89,7 +89,8 @@ def main():
     width, height = map(int, options.size.split("x"))
     cameras = [o for o in bpy.data.objects if o.type == "CAMERA"]
     scene.camera = cameras[0] if cameras else framing_camera(width, height)
-    if cameras:
+    # The scale of parallel rays is that of the longer edge, which the importer sets.
+    if cameras and scene.camera.data.type != "ORTHO":
         # manylight keeps the vertical field of view.
         angle = scene.camera.data.angle_y
         scene.camera.data.sensor_fit = "VERTICAL"

@@ -72,7 +72,14 @@ pub(crate) fn check_memory(
         return Ok(());
     }
     let parts: Vec<String> = (stages.iter())
-        .map(|stage| format!("{} {}", stage.stage, human_bytes(stage.bytes)))
+        .map(|stage| {
+            let size = job.scene.sensor.desc().film.crop_size;
+            let pixels = match stage.stage {
+                "film" => format!(" of {} x {} pixels", size.x, size.y),
+                _ => String::new(),
+            };
+            format!("{}{pixels} {}", stage.stage, human_bytes(stage.bytes))
+        })
         .collect();
     let against = match limit {
         Some(limit) => format!("--memory-limit is {}", human_bytes(limit)),
@@ -112,7 +119,9 @@ fn sum(stages: &[StageMemory]) -> u64 {
 /// What makes a stage smaller.
 fn remedy(stage: &StageMemory) -> &'static str {
     match stage.stage {
-        "film" | "maps" | "image" => "reduce --size, or --aov",
+        "film" | "maps" | "image" => {
+            "reduce --size, which the scene file gives by default, or --aov"
+        }
         "denoiser" => "reduce --size, or omit --denoise",
         "photons" | "importons" | "radiance cache" => "reduce --photons, or --lights",
         "lights" => "reduce --lights or --table-size, or use --emission vmf",

@@ -63,6 +63,8 @@ targets! {
     png = |input| images::check(input, "image.png");
     /// A JPEG image.
     jpeg = |input| images::check(input, "image.jpg");
+    /// A WebP image.
+    webp = |input| images::check(input, "image.webp");
     /// A TGA image.
     tga = |input| images::check(input, "image.tga");
     /// A BMP image.

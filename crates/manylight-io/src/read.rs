@@ -11,6 +11,9 @@ use sysinfo::System;
 /// file may grow while it is read.
 const MOST_BEYOND: u64 = 64 << 10;
 
+/// The start of the files that Git LFS leaves in the place of those that it did not fetch.
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+
 /// Bytes of a file above which the memory of the machine is asked for.
 const LARGE: u64 = 1 << 30;
 
@@ -45,6 +48,11 @@ pub(crate) fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     file.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(io::Error::other("it grew while it was read"));
+    }
+    if bytes.starts_with(LFS_POINTER) {
+        return Err(io::Error::other(
+            "it is a pointer of Git LFS, whose content was not fetched; run `git lfs pull` in its repository",
+        ));
     }
     Ok(bytes)
 }
@@ -118,6 +126,15 @@ mod tests {
             error,
             format!("found {} bytes, more than the memory has", 15_u64 << 40)
         );
+    }
+
+    #[test]
+    fn pointers_of_git_lfs_are_named() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 7\n";
+        fs::write(file.path(), pointer).unwrap();
+        let error = read_regular(file.path()).unwrap_err().to_string();
+        assert!(error.contains("pointer of Git LFS"), "{error}");
     }
 
     #[test]

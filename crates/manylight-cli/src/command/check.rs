@@ -21,11 +21,11 @@ pub(crate) fn run(args: &CheckArgs) -> Result<u8, Failure> {
         plural(errors),
         plural(warnings)
     ));
-    let unreadable = |d: &manylight_io::Diagnostic| d.kind == LoadErrorKind::FileSystem;
+    let mut failed = found.iter().filter(|d| d.severity == Severity::Error);
     Ok(match (errors, warnings) {
         (0, 1..) if args.strict => STRICT,
         (0, _) => DONE,
-        _ if found.iter().all(unreadable) => FILE_SYSTEM,
+        _ if failed.all(|d| d.kind == LoadErrorKind::FileSystem) => FILE_SYSTEM,
         _ => SCENE,
     })
 }

@@ -180,6 +180,8 @@ fn texture_bytes(texture: &Texture) -> usize {
         | Texture::Mix { .. }
         | Texture::Dots { .. }
         | Texture::Power { .. }
+        | Texture::Step { .. }
+        | Texture::Transformed { .. }
         | Texture::Solid(_)
         | Texture::Projected { .. } => 0,
     }

@@ -4,7 +4,8 @@ use super::numbers::Numbers;
 use super::textures::{color_input, float_input};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
-    Bitangent, Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+    Bitangent, Distribution, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial,
+    Roughness, WardVariant,
 };
 use manylight::ids::{MaterialId, TextureId};
 
@@ -132,6 +133,10 @@ fn principled(numbers: &mut Numbers, textures: usize) -> PrincipledMaterial {
         sheen,
     ] = [1.0; 6].map(&mut input);
     let [sheen_tint, flatness, clearcoat, clearcoat_gloss] = [1.0; 4].map(&mut input);
+    let layers = numbers.flag().then(|| PrincipledLayers {
+        specular_tint: color_input(numbers, textures, 2.0),
+        coat_roughness: float_input(numbers, textures, 1.0),
+    });
     PrincipledMaterial {
         base_color: color_input(numbers, textures, 1.0),
         roughness,
@@ -145,7 +150,7 @@ fn principled(numbers: &mut Numbers, textures: usize) -> PrincipledMaterial {
         flatness,
         clearcoat,
         clearcoat_gloss,
-        layered: numbers.flag(),
+        layers,
         diffuse_reflectance_sampling_rate: numbers.unit(),
         main_specular_sampling_rate: numbers.unit(),
         clearcoat_sampling_rate: numbers.unit(),

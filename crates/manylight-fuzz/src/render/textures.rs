@@ -44,7 +44,7 @@ pub(super) fn float_input(numbers: &mut Numbers, textures: usize, high: f32) -> 
 
 /// The texture of index `i`, which may contain those before it.
 fn texture(numbers: &mut Numbers, i: usize) -> Texture {
-    match numbers.below(9) {
+    match numbers.below(11) {
         0..=2 => bitmap(numbers),
         3 => Texture::Checkerboard {
             color0: color_input(numbers, i, 1.0),
@@ -68,6 +68,14 @@ fn texture(numbers: &mut Numbers, i: usize) -> Texture {
         7 if i > 0 => Texture::Power {
             base: TextureId::from(numbers.index(i)),
             exponent: numbers.float(-1.0, 3.0),
+        },
+        9 if i > 0 => Texture::Transformed {
+            uv_transform: numbers.mat3(),
+            inner: TextureId::from(numbers.index(i)),
+        },
+        8 if i > 0 => Texture::Step {
+            base: TextureId::from(numbers.index(i)),
+            threshold: numbers.float(-1.0, 3.0),
         },
         _ => Texture::Solid(Solid {
             pattern_from_world: numbers.affine(),

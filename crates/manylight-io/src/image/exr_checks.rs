@@ -14,6 +14,25 @@ pub(super) fn damaged(error: exr::error::Error) -> Fault {
     Fault::new(format!("the EXR image cannot be decoded: {error}"))
 }
 
+/// Rejects the compressions of OpenEXR 3.4 and later, by the first attribute `compression`. The
+/// decoder calls their chunks invalid.
+fn check_compression(bytes: &[u8]) -> Result<(), Fault> {
+    /// Name, type and size of the attribute.
+    const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
+    /// Bytes of the headers that are searched.
+    const SEARCHED: usize = 1 << 16;
+    /// The number of DWAB, the last of the compressions that are read.
+    const LAST: u8 = 9;
+    let start = &bytes[..bytes.len().min(SEARCHED)];
+    let found = start.windows(ATTRIBUTE.len()).position(|w| w == ATTRIBUTE);
+    match found.and_then(|at| bytes.get(at + ATTRIBUTE.len())) {
+        Some(number) if *number > LAST => Err(Fault::new(format!(
+            "the EXR image has compression number {number}, a newer one (HTJ2K, LJ2K, ZSTD: OpenEXR 3.4 and later), which is not read; write it with ZIP, PIZ or DWA"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Rejects headers that declare more samples than the file can contain, and chunks that are longer
 /// than the file, before anything is allocated.
 pub(super) fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
@@ -22,6 +41,7 @@ pub(super) fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
     const EXPANSION: u32 = 1032 * 4 / 3;
     /// That of DWA, which stores a number for 64 pixels. Images of one color may exceed it.
     const DWA_EXPANSION: u32 = 1 << 15;
+    check_compression(bytes)?;
     let meta = read_headers(bytes)?;
     let is_dwa = meta.headers.iter().any(is_dwa);
     let expansion = if is_dwa { DWA_EXPANSION } else { EXPANSION };

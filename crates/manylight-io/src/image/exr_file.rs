@@ -2,6 +2,7 @@
 //! channels.
 
 use super::exr_checks::{check_headers, damaged};
+use super::exr_colors::{COLOR_INTEROP_ID, ColorSpace, Colors, Planes, REC_709, text};
 use super::layered::{ImageWindow, LayeredImage, interleave};
 use crate::file_error::Fault;
 use exr::image::read::read;
@@ -9,7 +10,7 @@ use exr::image::write::WritableImage;
 use exr::image::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatImage, FlatSamples, Layer as Part,
 };
-use exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Text};
+use exr::meta::attribute::{AttributeValue, LineOrder, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{Compression, IntegerBounds, ReadChannels, ReadLayers, Vec2};
 use manylight::image::Image;
@@ -17,8 +18,8 @@ use std::io::Cursor;
 
 /// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the first layer
 /// that has them, else the only channel.
-pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
-    let layered = read_channels(bytes)?;
+pub(super) fn read_color(bytes: &[u8], colors: Colors) -> Result<Image, Fault> {
+    let (layered, space) = decode(bytes, colors)?;
     if let Some(image) = layered.beauty() {
         return Ok(image);
     }
@@ -47,7 +48,11 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
                 .map(|suffix| find(&layer.name, suffix))
                 .collect();
             if let Some(planes) = planes {
-                return Ok(interleave(layered.width, layered.height, &planes));
+                let mut image = interleave(layered.width, layered.height, &planes);
+                if colors == Colors::Converted && image.channels == 3 {
+                    space.convert_pixels(&mut image.data);
+                }
+                return Ok(image);
             }
         }
     }
@@ -64,9 +69,14 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
     }
 }
 
-/// All channels of all parts that have the size of the first part. The name of a part becomes the
-/// layer of a channel if that name is already taken.
+/// All channels of all parts that have the size of the first part, with colors in linear Rec. 709.
+/// The name of a part becomes the layer of a channel if that name is already taken.
 pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
+    decode(bytes, Colors::Converted).map(|(image, _)| image)
+}
+
+/// All channels as in [`read_channels`], and the color space of the file.
+fn decode(bytes: &[u8], colors: Colors) -> Result<(LayeredImage, ColorSpace), Fault> {
     check_headers(bytes)?;
     let reader = read()
         .no_deep_data()
@@ -79,7 +89,7 @@ pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
         return Err(Fault::new("the EXR file contains no image"));
     };
     let size = first.size;
-    let mut channels: Vec<(String, Vec<f32>)> = Vec::new();
+    let mut channels = Planes::new();
     for part in image.layer_data.iter().filter(|part| part.size == size) {
         let part_name = part.attributes.layer_name.as_ref().map(text);
         for channel in &part.channel_data.list {
@@ -91,13 +101,16 @@ pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
             channels.push((name, channel.sample_data.values_as_f32().collect()));
         }
     }
+    let space = ColorSpace::of(&image.attributes, first)?;
+    space.convert(&mut channels, colors);
     let metadata = metadata_of(&first.attributes);
     let window = window_of(&image.attributes.display_window, first);
-    Ok(LayeredImage {
+    let image = LayeredImage {
         metadata,
         window,
         ..LayeredImage::from_channels(size.width(), size.height(), channels)
-    })
+    };
+    Ok((image, space))
 }
 
 /// The place of a part in the display window; `None` if the part fills it or reaches beyond it.
@@ -117,10 +130,6 @@ fn window_of(
     let size = [part.size.width(), part.size.height()];
     let is_inside = (0..2).all(|i| window.offset[i] + size[i] <= window.full_size[i]);
     (is_inside && size != window.full_size).then_some(window)
-}
-
-fn text(text: &Text) -> String {
-    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 /// All text attributes, sorted by name.
@@ -153,10 +162,7 @@ const OWNER: &str = "owner";
 /// Local time as `YYYY:MM:DD hh:mm:ss`; here universal time, with `utcOffset` 0.
 const CAPTURE_DATE: &str = "capDate";
 
-/// The tag of the color space of rendered images, and its value for linear Rec. 709 that is
-/// proportional to radiance: an identifier of the Color Interop Forum, which OpenEXR standardizes
-/// beside the chromaticities.
-const COLOR_INTEROP_ID: &str = "colorInteropID";
+/// The tag of rendered images: linear Rec. 709 that is proportional to radiance.
 const LINEAR_REC_709_SCENE: &str = "lin_rec709_scene";
 
 /// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata
@@ -192,14 +198,6 @@ pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, Fault> {
         .map_err(|error| Fault::new(format!("the EXR image cannot be encoded: {error}")))?;
     Ok(bytes.into_inner())
 }
-
-/// Primaries and white point of Rec. 709.
-const REC_709: Chromaticities = Chromaticities {
-    red: Vec2(0.64, 0.33),
-    green: Vec2(0.3, 0.6),
-    blue: Vec2(0.15, 0.06),
-    white: Vec2(0.3127, 0.329),
-};
 
 fn attributes_for(image: &LayeredImage) -> LayerAttributes {
     let mut attributes = LayerAttributes::default();

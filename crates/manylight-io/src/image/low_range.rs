@@ -1,4 +1,4 @@
-//! PNG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
+//! PNG, WebP, TGA, BMP and Radiance HDR, decoded by the `image` crate.
 
 use super::png_file::check_palette;
 use super::size_check::check_size;
@@ -54,12 +54,13 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
             check_palette(&bytes)?;
             PNG_EXPANSION
         }
+        Some(ImageFormat::WebP) => WEBP_EXPANSION,
         Some(ImageFormat::Bmp) => BMP_EXPANSION,
         Some(ImageFormat::Tga) => TGA_EXPANSION,
         Some(ImageFormat::Hdr) => HDR_EXPANSION,
         _ => {
             return Err(Fault::new(
-                "unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
+                "unknown image format; expected PNG, JPEG, WebP, TGA, BMP, HDR, EXR or PFM",
             ));
         }
     };
@@ -86,6 +87,9 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
 /// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit
 /// becomes four bytes.
 const PNG_EXPANSION: u32 = 1032 * 32;
+/// A lossless image of one color takes no bits for its pixels: 2048 x 2048 of them fit into 30
+/// bytes. Larger ones than the headers need are refused.
+const WEBP_EXPANSION: u32 = 1 << 19;
 /// Two bytes of a run are 255 pixels of three bytes.
 const BMP_EXPANSION: u32 = 512;
 /// Two bytes of a run are 128 pixels of four bytes.

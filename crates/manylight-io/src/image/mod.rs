@@ -6,6 +6,7 @@
 mod agx;
 mod cryptomatte;
 mod exr_checks;
+mod exr_colors;
 mod exr_file;
 mod finite;
 mod jpeg;
@@ -29,6 +30,7 @@ pub use view::{DisplayTransform, View};
 pub use write::{ImageFormat, check_writable, encode_png, write_image};
 
 use crate::file_error::{Fault, FileError, read_bytes};
+use exr_colors::Colors;
 use manylight::image::Image;
 use std::path::Path;
 use transfer::Depth;
@@ -37,8 +39,9 @@ use transfer::Depth;
 /// `bitmap` texture does: alpha is dropped (colors are not multiplied by it), and 8 and 16 bit
 /// values are divided by their maximum before `transfer` applies.
 ///
-/// Formats are PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR and PFM, recognized by content (TGA by
-/// extension).
+/// Formats are PNG, JPEG, WebP, TGA, BMP, Radiance HDR, OpenEXR and PFM, recognized by content (TGA
+/// by extension). Colors of OpenEXR files in other color spaces are converted, unless `transfer` is
+/// [`Transfer::Raw`].
 ///
 /// # Errors
 /// The file cannot be read, is damaged, or has an unsupported format.
@@ -114,7 +117,12 @@ pub(crate) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, FileError
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
     match SourceFormat::of(bytes) {
         SourceFormat::Exr => {
-            exr_file::read_color(bytes).map(|image| transfer.apply(image, Depth::Float))
+            let colors = match transfer {
+                Transfer::Raw => Colors::Stored,
+                _ => Colors::Converted,
+            };
+            let image = exr_file::read_color(bytes, colors)?;
+            Ok(transfer.apply(image, Depth::Float))
         }
         SourceFormat::Pfm => pfm::parse(bytes).map(|image| transfer.apply(image, Depth::Float)),
         SourceFormat::Jpeg => jpeg::decode(bytes, transfer),

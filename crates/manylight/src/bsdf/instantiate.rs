@@ -12,7 +12,7 @@ use super::models::microfacet::Microfacets;
 use super::models::phong::Phong;
 use super::models::plastic::{ColorShift, Plastic, RoughPlastic};
 use super::models::principled::{
-    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+    LayerParameters, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
 };
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::substrate::Substrate;
@@ -226,6 +226,11 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
 
     #[inline(always)]
     fn principled(&self, p: &PrincipledMaterial) -> Principled<S> {
+        let layers = p.layers.as_ref().map(|layers| LayerParameters {
+            specular_tint: self.color(&layers.specular_tint),
+            coat: self.float(&p.clearcoat),
+            coat_roughness: self.float(&layers.coat_roughness),
+        });
         Principled::new(PrincipledParameters {
             base_color: self.color(&p.base_color),
             roughness: self.float(&p.roughness),
@@ -239,7 +244,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             flatness: self.float(&p.flatness),
             clearcoat: self.float(&p.clearcoat),
             clearcoat_gloss: self.float(&p.clearcoat_gloss),
-            layered: p.layered,
+            layers,
             diffuse_rate: p.diffuse_reflectance_sampling_rate,
             specular_rate: p.main_specular_sampling_rate,
             clearcoat_rate: p.clearcoat_sampling_rate,

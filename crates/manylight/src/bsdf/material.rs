@@ -232,7 +232,10 @@ impl Material {
                 specular_reflectance,
                 ..
             } => vec![diffuse_reflectance, specular_reflectance],
-            Material::Principled(p) => vec![&p.base_color],
+            Material::Principled(p) => {
+                let tint = p.layers.as_ref().map(|layers| &layers.specular_tint);
+                std::iter::once(&p.base_color).chain(tint).collect()
+            }
             Material::PrincipledThin(p) => vec![&p.base_color],
             Material::Blend { .. }
             | Material::Mask { .. }
@@ -258,18 +261,22 @@ impl Material {
             Material::Ward {
                 alpha_u, alpha_v, ..
             } => vec![alpha_u, alpha_v],
-            Material::Principled(p) => vec![
-                &p.roughness,
-                &p.anisotropic,
-                &p.metallic,
-                &p.spec_trans,
-                &p.spec_tint,
-                &p.sheen,
-                &p.sheen_tint,
-                &p.flatness,
-                &p.clearcoat,
-                &p.clearcoat_gloss,
-            ],
+            Material::Principled(p) => {
+                let own = [
+                    &p.roughness,
+                    &p.anisotropic,
+                    &p.metallic,
+                    &p.spec_trans,
+                    &p.spec_tint,
+                    &p.sheen,
+                    &p.sheen_tint,
+                    &p.flatness,
+                    &p.clearcoat,
+                    &p.clearcoat_gloss,
+                ];
+                let coat = p.layers.as_ref().map(|layers| &layers.coat_roughness);
+                own.into_iter().chain(coat).collect()
+            }
             Material::PrincipledThin(p) => vec![
                 &p.roughness,
                 &p.anisotropic,
@@ -338,14 +345,25 @@ pub struct PrincipledMaterial {
     pub flatness: FloatInput,
     pub clearcoat: FloatInput,
     pub clearcoat_gloss: FloatInput,
-    /// Whether the diffuse lobe is that of glTF 2.0 (appendix B) instead of Burley's: Lambertian,
-    /// and weighted by one minus the reflectance of the dielectric interface.
-    pub layered: bool,
+    /// The layers of glTF 2.0 instead of those of Burley.
+    pub layers: Option<PrincipledLayers>,
     /// Relative probability of sampling the diffuse lobe. The two rates below are those of the main
     /// interface and of the clear coat.
     pub diffuse_reflectance_sampling_rate: f32,
     pub main_specular_sampling_rate: f32,
     pub clearcoat_sampling_rate: f32,
+}
+
+/// The layers of the model of glTF 2.0 (appendix B): the diffuse lobe is Lambertian, and weighted
+/// by one minus the reflectance of the dielectric interface. The clear coat is a Fresnel interface
+/// of index 1.5, `clearcoat` its weight; what is below is weighted by one minus its reflectance, of
+/// light that enters and of light that leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct PrincipledLayers {
+    /// Factor of the reflectance of the dielectric interface at normal incidence.
+    pub specular_tint: ColorInput,
+    /// Roughness of the clear coat, the root of alpha. It replaces `clearcoat_gloss`.
+    pub coat_roughness: FloatInput,
 }
 
 /// Parameters of Mitsuba 3's `principledthin`.

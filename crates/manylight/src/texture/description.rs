@@ -1,4 +1,4 @@
-//! Textures as a scene describes them, with bounds of their values.
+//! Textures as a scene describes them.
 
 use super::bitmap::Bitmap;
 use super::inputs::{ColorInput, FloatInput};
@@ -65,6 +65,20 @@ pub enum Texture {
         /// The exponent.
         exponent: f32,
     },
+    /// 1 where a number is at least a threshold, else 0.
+    Step {
+        /// The texture that gives the number.
+        base: TextureId,
+        /// The threshold.
+        threshold: f32,
+    },
+    /// Another texture at transformed coordinates: transforms of one image share its pixels.
+    Transformed {
+        /// Transform of (u, v, 1).
+        uv_transform: Mat3,
+        /// The texture.
+        inner: TextureId,
+    },
     /// A pattern in space.
     Solid(Solid),
     /// Another texture at texture coordinates by position.
@@ -77,67 +91,6 @@ pub enum Texture {
 }
 
 impl Texture {
-    /// The colors between which the texture chooses or interpolates.
-    fn alternatives(&self) -> Option<[&ColorInput; 2]> {
-        match self {
-            Texture::Checkerboard { color0, color1, .. } => Some([color0, color1]),
-            Texture::Dots {
-                inside, outside, ..
-            } => Some([inside, outside]),
-            Texture::Mix { first, second, .. } => Some([first, second]),
-            _ => None,
-        }
-    }
-
-    /// Upper bound of the luminance over all uv.
-    pub fn max_luminance(&self, textures: &[Texture]) -> f32 {
-        match self {
-            Texture::Bitmap(bitmap) => bitmap.max_luminance(),
-            Texture::Checkerboard { .. } | Texture::Dots { .. } | Texture::Mix { .. } => {
-                let bounds = self.alternatives().into_iter().flatten();
-                let bounds = bounds.map(|color| max_luminance(color, textures));
-                bounds.reduce(f32::max).unwrap_or(0.0)
-            }
-            Texture::VertexColors(colors) => {
-                let luminances = colors.values.iter().map(|color| color.luminance());
-                luminances.fold(0.0, f32::max)
-            }
-            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
-                textures[inner.index()].max_luminance(textures)
-            }
-            Texture::Product { .. } | Texture::Solid(_) | Texture::Power { .. } => {
-                self.max_channel(textures)
-            }
-        }
-    }
-
-    /// Upper bound of every channel over all uv.
-    fn max_channel(&self, textures: &[Texture]) -> f32 {
-        match self {
-            Texture::Bitmap(bitmap) => bitmap.image.data.iter().copied().fold(0.0, f32::max),
-            Texture::Checkerboard { .. } | Texture::Dots { .. } | Texture::Mix { .. } => {
-                let bounds = self.alternatives().into_iter().flatten();
-                let bounds = bounds.map(|color| max_channel(color, textures));
-                bounds.reduce(f32::max).unwrap_or(0.0)
-            }
-            Texture::Product { first, second } => {
-                max_channel(first, textures) * max_channel(second, textures)
-            }
-            Texture::VertexColors(colors) => {
-                let channels = colors.values.iter().map(|color| color.max_channel());
-                channels.fold(0.0, f32::max)
-            }
-            Texture::Solid(solid) => solid.max_channel(|color| max_channel(color, textures)),
-            Texture::Power { base, exponent } => textures[base.index()]
-                .max_channel(textures)
-                .max(0.0)
-                .powf(*exponent),
-            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
-                textures[inner.index()].max_channel(textures)
-            }
-        }
-    }
-
     /// Whether all indices of vertex values are valid.
     pub(crate) fn has_valid_indices(&self) -> bool {
         match self {
@@ -149,6 +102,8 @@ impl Texture {
             | Texture::Mix { .. }
             | Texture::Dots { .. }
             | Texture::Power { .. }
+            | Texture::Step { .. }
+            | Texture::Transformed { .. }
             | Texture::Solid(_)
             | Texture::Projected { .. } => true,
         }
@@ -164,7 +119,9 @@ impl Texture {
             Texture::Product { first, second } => [first.texture(), second.texture(), None],
             Texture::OtherUv { inner, .. }
             | Texture::Projected { inner, .. }
-            | Texture::Power { base: inner, .. } => [Some(*inner), None, None],
+            | Texture::Power { base: inner, .. }
+            | Texture::Step { base: inner, .. }
+            | Texture::Transformed { inner, .. } => [Some(*inner), None, None],
             Texture::Dots {
                 inside, outside, ..
             } => [inside.texture(), outside.texture(), None],
@@ -179,21 +136,5 @@ impl Texture {
             } => [first.texture(), second.texture(), weight.texture()],
         };
         ids.into_iter().flatten()
-    }
-}
-
-/// Upper bound of every channel of an input over all uv.
-fn max_channel(input: &ColorInput, textures: &[Texture]) -> f32 {
-    match *input {
-        ColorInput::Constant(c) => c.max_channel(),
-        ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
-    }
-}
-
-/// Upper bound of the luminance of an input over all uv.
-fn max_luminance(input: &ColorInput, textures: &[Texture]) -> f32 {
-    match *input {
-        ColorInput::Constant(c) => c.luminance(),
-        ColorInput::Texture(id) => textures[id.index()].max_luminance(textures),
     }
 }

@@ -6,6 +6,7 @@ use super::solid::{Pattern, is_in_dot};
 use super::{ColorInput, FloatInput, Texture, TexturePoint};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoints;
+use crate::ids::TextureId;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
 use crate::math::{Mat3, Vec2, Vec3};
 use crate::simd::outlined;
@@ -240,6 +241,20 @@ impl<'a, S: Width> Lookup<'a, S> {
         weight.clamp(0.0, 1.0)
     }
 
+    /// The texture `inner` at transformed coordinates.
+    #[inline(always)]
+    fn at_transformed(&self, uv_transform: &Mat3, inner: TextureId) -> Self {
+        let uv = transformed(uv_transform, self.at.uv);
+        self.of(&self.textures[inner.index()]).with_uv(uv)
+    }
+
+    /// 1 in the lanes in which a texture has at least the value `threshold`, else 0.
+    #[inline(always)]
+    fn step(&self, base: TextureId, threshold: f32) -> Float<S> {
+        let value = self.of(&self.textures[base.index()]).value();
+        value.ge(threshold).select(1.0, 0.0)
+    }
+
     /// The lanes with transformed coordinates in a dot.
     #[inline(always)]
     fn in_dot(&self, uv_transform: &Mat3) -> Mask<S> {
@@ -309,6 +324,11 @@ impl<S: Width> Lookup<'_, S> {
                 let base = self.of(&self.textures[base.index()]).color();
                 base.map(|v| power(v, *exponent))
             }
+            Texture::Step { base, threshold } => Color::grey(self.step(*base, *threshold)),
+            Texture::Transformed {
+                uv_transform,
+                inner,
+            } => self.at_transformed(uv_transform, *inner).color(),
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
                     let p = self.positions();
@@ -366,6 +386,11 @@ impl<S: Width> Lookup<'_, S> {
             Texture::Power { base, exponent } => {
                 power(self.of(&self.textures[base.index()]).value(), *exponent)
             }
+            Texture::Step { base, threshold } => self.step(*base, *threshold),
+            Texture::Transformed {
+                uv_transform,
+                inner,
+            } => self.at_transformed(uv_transform, *inner).value(),
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
                     let p = self.positions();
@@ -393,7 +418,8 @@ impl<S: Width> Lookup<'_, S> {
             Texture::Checkerboard { .. }
             | Texture::VertexColors(_)
             | Texture::OtherUv { .. }
-            | Texture::Dots { .. } => self.flat(),
+            | Texture::Dots { .. }
+            | Texture::Step { .. } => self.flat(),
             Texture::Product { first, second } => {
                 self.gradient_of(first, dp) * self.value_of(second)
                     + self.gradient_of(second, dp) * self.value_of(first)
@@ -417,6 +443,16 @@ impl<S: Width> Lookup<'_, S> {
                 let base = self.of(&self.textures[base.index()]);
                 let slope = power(base.value(), exponent - 1.0) * *exponent;
                 base.gradient(dp) * slope.is_finite().select(slope, 0.0)
+            }
+            Texture::Transformed {
+                uv_transform: m,
+                inner,
+            } => {
+                let g = self.at_transformed(m, *inner).gradient(dp);
+                Pair::new(
+                    g.x * m.x_axis.x + g.y * m.x_axis.y,
+                    g.x * m.y_axis.x + g.y * m.y_axis.y,
+                )
             }
             Texture::Solid(solid) => {
                 let (p, du, dv) = (self.positions(), each_vector(dp[0]), each_vector(dp[1]));

@@ -138,6 +138,14 @@ fn all_textures() -> Vec<Texture> {
             base: TextureId::from(6),
             exponent: 0.7,
         },
+        Texture::Transformed {
+            uv_transform: transform,
+            inner: TextureId::from(6),
+        },
+        Texture::Step {
+            base: TextureId::from(6),
+            threshold: 0.4,
+        },
         solid(Pattern::Cells {
             color0: white,
             color1: picture,

@@ -1,6 +1,7 @@
 //! Textures, and material inputs that are constant or textured.
 
 mod bitmap;
+mod bounds;
 mod description;
 mod evaluate;
 mod inputs;
@@ -13,6 +14,7 @@ mod solid;
 mod tests;
 
 pub use bitmap::{Bitmap, Filtering, Wrap};
+pub(crate) use bounds::TextureBounds;
 pub use description::Texture;
 pub use inputs::{ColorInput, FloatInput};
 pub use point::{TexturePoint, VertexValues};

@@ -194,7 +194,7 @@ fn half_precision_tiles_are_read() {
 fn broken_images_are_errors() {
     assert_eq!(
         decoded(b"hello", Transfer::Auto).unwrap_err(),
-        "f: unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM"
+        "f: unknown image format; expected PNG, JPEG, WebP, TGA, BMP, HDR, EXR or PFM"
     );
     assert_eq!(
         decoded(b"PF 2 2 -1.0\nabc", Transfer::Auto).unwrap_err(),
@@ -278,4 +278,94 @@ fn big_endian_pfm_rows_run_from_bottom_to_top() {
             data: vec![2.0, 1.0]
         }
     );
+}
+
+/// An EXR file with these channels of 2 x 2 pixels, and chromaticities.
+fn exr_with(channels: &[(&str, &[f32])], chromaticities: Option<[[f32; 2]; 4]>) -> Vec<u8> {
+    use exr::image::write::WritableImage;
+    use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
+    use exr::meta::attribute::Chromaticities;
+    use exr::meta::header::{ImageAttributes, LayerAttributes};
+    use exr::prelude::{IntegerBounds, Vec2};
+    let channels = channels
+        .iter()
+        .map(|(name, values)| AnyChannel::new(*name, FlatSamples::F32(values.to_vec())));
+    let size = Vec2(2, 2);
+    let layer = Layer::new(
+        size,
+        LayerAttributes::default(),
+        Encoding::UNCOMPRESSED,
+        AnyChannels::sort(channels.collect()),
+    );
+    let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
+    attributes.chromaticities = chromaticities.map(|c| {
+        let [red, green, blue, white] = c.map(|[x, y]| Vec2(x, y));
+        Chromaticities {
+            red,
+            green,
+            blue,
+            white,
+        }
+    });
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let image = exr::image::Image::empty(attributes).with_layer(layer);
+    image.write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+const ACESCG: [[f32; 2]; 4] = [
+    [0.713, 0.293],
+    [0.165, 0.83],
+    [0.128, 0.044],
+    [0.321_68, 0.337_67],
+];
+
+fn first_pixel(bytes: &[u8], transfer: Transfer) -> Vec<f32> {
+    decoded(bytes, transfer).unwrap().data[..3].to_vec()
+}
+
+#[test]
+fn exr_colors_become_linear_rec_709() {
+    let close = |found: &[f32], expected: [f32; 3]| {
+        let pairs = found.iter().zip(expected);
+        pairs.into_iter().all(|(a, b)| (a - b).abs() < 2e-3)
+    };
+    let rgb = |value: [f32; 3], space| {
+        let [r, g, b] = value.map(|v| [v; 4]);
+        exr_with(&[("B", &b), ("G", &g), ("R", &r)], space)
+    };
+    let gray = rgb([0.5; 3], Some(ACESCG));
+    assert!(close(&first_pixel(&gray, Transfer::Auto), [0.5; 3]));
+    // The first column of the ACES project's matrix.
+    let red = rgb([1.0, 0.0, 0.0], Some(ACESCG));
+    let found = first_pixel(&red, Transfer::Auto);
+    assert!(close(&found, [1.705, -0.130, -0.024]), "{found:?}");
+    assert_eq!(first_pixel(&red, Transfer::Raw), [1.0, 0.0, 0.0]);
+    let flat = rgb([0.5; 3], Some([[0.3, 0.3]; 4]));
+    let error = decoded(&flat, Transfer::Auto).unwrap_err();
+    assert!(error.contains("chromaticities of the EXR file"), "{error}");
+
+    // R = 1.5 Y, B = 0.5 Y, and G from the luminance.
+    let (y, ry, by) = (0.4, 0.5, -0.5);
+    let g = (y - 0.2126 * 0.6 - 0.0722 * 0.2) / 0.7152;
+    let (ry, by) = ([ry; 4], [by; 4]);
+    let file = exr_with(&[("BY", &by), ("RY", &ry), ("Y", &[y; 4])], None);
+    let found = first_pixel(&file, Transfer::Auto);
+    assert!(close(&found, [0.6, g, 0.2]), "{found:?}");
+    // The white of Rec. 709 in CIE coordinates.
+    let (x, z) = (0.95046, 1.08906);
+    let file = exr_with(&[("X", &[x; 4]), ("Y", &[1.0; 4]), ("Z", &[z; 4])], None);
+    assert!(close(&first_pixel(&file, Transfer::Auto), [1.0; 3]));
+}
+
+#[test]
+fn newer_compressions_of_exr_are_named() {
+    let mut bytes = exr_with(&[("Y", &[1.0; 4])], None);
+    let name = b"compression\0compression\0\x01\0\0\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+    for newer in [10, 11, 12, 13] {
+        bytes[at] = newer;
+        let error = decoded(&bytes, Transfer::Auto).unwrap_err();
+        assert!(error.contains("OpenEXR 3.4"), "{newer}: {error}");
+    }
 }

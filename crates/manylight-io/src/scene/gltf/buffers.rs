@@ -79,14 +79,14 @@ impl<'a> Buffers<'a> {
     }
 
     fn read_view(&self, json: &Json<'a>) -> Option<View> {
-        let Some(extension) = compressed_views::of_view(json) else {
+        let Some((extension, name)) = compressed_views::of_view(json) else {
             return self.read_range(json);
         };
         if !compressed_views::READS_MESHOPT && !self.refers_to_placeholder(json) {
             return self.read_range(json);
         }
         let compressed = self.read_range(&extension)?;
-        let decoded = compressed_views::decode_view(&extension, self.bytes(&compressed)?)?;
+        let decoded = compressed_views::decode_view(&extension, name, self.bytes(&compressed)?)?;
         Some(View {
             content: Content::Decoded(decoded),
             stride: stride(json).ok()?,

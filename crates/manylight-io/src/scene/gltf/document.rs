@@ -1,7 +1,7 @@
 //! The arrays of a glTF document, and the check of its version and extensions.
 
 use super::json::Json;
-use crate::suggest::with_list;
+use super::origin::Origin;
 
 /// The arrays of a document.
 pub(super) struct Document<'a> {
@@ -19,11 +19,14 @@ pub(super) struct Document<'a> {
     pub(super) scenes: Vec<Json<'a>>,
     pub(super) skins: Vec<Json<'a>>,
     pub(super) textures: Vec<Json<'a>>,
+    /// The program that made the scene.
+    pub(super) origin: Origin,
 }
 
 /// Extensions that a file may require: all that are read or approximated.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -48,7 +51,6 @@ const SUPPORTED: &[&str] = &[
 /// Extensions that are reported where they are used, with more to say than here.
 const REPORTED_AT_USE: &[&str] = &[
     "EXT_meshopt_compression",
-    "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_meshopt_compression",
     "KHR_texture_basisu",
@@ -63,13 +65,15 @@ impl<'a> Document<'a> {
         check_extensions(&root);
         warn_of_extensions(&root);
         let lights = root.extension("KHR_lights_punctual");
+        let lights = lights.map_or_else(Vec::new, |lights| lights.objects("lights"));
         Document {
+            origin: Origin::of(&root, &lights),
             accessors: root.objects("accessors"),
             buffers: root.objects("buffers"),
             views: root.objects("bufferViews"),
             cameras: root.objects("cameras"),
             images: root.objects("images"),
-            lights: lights.map_or_else(Vec::new, |lights| lights.objects("lights")),
+            lights,
             materials: root.objects("materials"),
             meshes: root.objects("meshes"),
             nodes: root.objects("nodes"),
@@ -87,12 +91,10 @@ impl<'a> Document<'a> {
         used.iter().any(|used| used.as_string() == Some(name))
     }
 
-    /// Whether the exporter of Blender wrote the file. It means some things in the way of Blender
+    /// Whether the exporter of Blender made the scene. It means some things in the way of Blender
     /// where the specification differs.
     pub(super) fn is_by_blender(&self) -> bool {
-        let asset = self.root.member("asset");
-        let generator = asset.and_then(|asset| asset.string("generator"));
-        generator.is_some_and(|generator| generator.contains("Blender"))
+        self.origin == Origin::Blender
     }
 }
 
@@ -124,8 +126,25 @@ fn check_version(root: &Json<'_>) {
     }
 }
 
-/// Extensions without an effect on the picture of a scene at rest.
-const WITHOUT_EFFECT: &[&str] = &["KHR_animation_pointer"];
+/// Extensions without an effect on the picture of a scene at rest: metadata, behavior, less detail
+/// at a distance.
+const WITHOUT_EFFECT: &[&str] = &[
+    "CESIUM_primitive_outline",
+    "EXT_feature_metadata",
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "FB_ngon_encoding",
+    "GODOT_single_root",
+    "KHR_animation_pointer",
+    "KHR_implicit_shapes",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
+    "MSFT_lod",
+    "MSFT_screencoverage",
+];
 
 /// Warns about extensions that are used, but not known here.
 fn warn_of_extensions(root: &Json<'_>) {
@@ -146,11 +165,12 @@ fn check_extensions(root: &Json<'_>) {
         let Some(name) = required.as_string() else {
             continue;
         };
-        if SUPPORTED.contains(&name) || REPORTED_AT_USE.contains(&name) {
+        let known = [SUPPORTED, REPORTED_AT_USE, WITHOUT_EFFECT];
+        if known.iter().any(|list| list.contains(&name)) {
             continue;
         }
-        let list = format!("supported extensions: {}", SUPPORTED.join(", "));
-        let help = with_list(name, SUPPORTED.iter().copied(), list);
+        // Names of extensions are exact: a similar one is another feature.
+        let help = format!("supported extensions: {}", SUPPORTED.join(", "));
         let message = format!("the file requires the extension `{name}`, which is not supported");
         let reporter = required.reporter();
         reporter.error_with_help(required.path(), &message, help);

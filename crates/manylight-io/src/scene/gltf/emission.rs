@@ -18,11 +18,8 @@ pub(super) fn key(radiance: ColorInput) -> [u32; 4] {
     }
 }
 
-/// The back of a surface; `None` if the surface is closed, so that its back is not seen.
-pub(super) fn back(geometry: &Geometry) -> Option<Geometry> {
-    if is_closed(geometry) {
-        return None;
-    }
+/// The back of a surface.
+pub(super) fn back(geometry: &Geometry) -> Geometry {
     let mut back = geometry.clone();
     let bounds = Aabb::from_points(geometry.positions.iter().copied());
     let distance = DISTANCE * (bounds.max - bounds.min).length();
@@ -37,11 +34,11 @@ pub(super) fn back(geometry: &Geometry) -> Option<Geometry> {
         *normal = -*normal;
     }
     back.reverse();
-    Some(back)
+    back
 }
 
 /// Whether every edge has a triangle on each side. Vertices with equal positions are the same.
-fn is_closed(geometry: &Geometry) -> bool {
+pub(super) fn is_closed(geometry: &Geometry) -> bool {
     let place = |vertex: u32| {
         geometry.positions[vertex as usize]
             .to_array()
@@ -88,9 +85,10 @@ mod tests {
     }
 
     #[test]
-    fn only_open_surfaces_have_a_back() {
-        assert!(back(&geometry(Mesh::cube())).is_none());
-        let square = back(&geometry(Mesh::rectangle())).unwrap();
+    fn backs_of_open_surfaces_lie_behind_them() {
+        assert!(is_closed(&geometry(Mesh::cube())));
+        assert!(!is_closed(&geometry(Mesh::rectangle())));
+        let square = back(&geometry(Mesh::rectangle()));
         assert!(square.positions.iter().all(|p| p.z < 0.0 && p.z > -0.001));
         assert!(square.normals.iter().all(|n| *n == Vec3::NEG_Z));
         let [a, b, c] = square.triangles[0].map(|i| square.positions[i as usize]);

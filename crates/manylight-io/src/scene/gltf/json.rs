@@ -70,10 +70,16 @@ impl<'a> Json<'a> {
     pub(super) fn refuse_compressed(&self, extension: &str, feature: &str) {
         let message =
             format!("geometry compressed by the extension `{extension}` is not read by this build");
+        // gltf-transform 4 does not read the newer name of the extension.
+        let expanding = match extension {
+            "KHR_meshopt_compression" => "",
+            _ => ", or expand the file, for example by `gltf-transform copy IN OUT`",
+        };
         let help = format!(
-            "build with `--features {feature}`, export the scene without mesh compression, or expand the file, for example by `gltf-transform copy IN OUT`"
+            "build with `--features {feature}`, export the scene without mesh compression{expanding}"
         );
-        self.reporter.error_with_help(&self.path, &message, help);
+        self.reporter
+            .error_once(extension, &self.path, &message, help);
     }
 
     pub(super) fn reporter(&self) -> &'a Reporter<'a> {

@@ -3,14 +3,11 @@
 use super::super::options::LightUnits;
 use super::super::parameters::Numbers;
 use super::json::Json;
+use super::origin::{LUMENS_PER_WATT, Origin};
 use glam::{DMat4, DVec3};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-
-/// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which
-/// Blender's exporter uses for all colors.
-const LUMENS_PER_WATT: f32 = 683.0;
 
 /// How the writer of a file means its numbers.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +15,15 @@ pub(super) struct Dialect {
     units: LightUnits,
     /// Whether the inner cone is the `blend` of a Blender lamp.
     is_blender: bool,
+    /// Whether neither the file nor the options say the units.
+    is_open: bool,
 }
 
 impl Dialect {
     /// Blender's exporter writes photometric units while emission stays radiometric; others write
     /// both in one unit. `units` overrides it.
-    pub(super) fn new(is_blender: bool, units: Option<LightUnits>) -> Self {
+    pub(super) fn new(origin: Origin, units: Option<LightUnits>) -> Self {
+        let is_blender = origin == Origin::Blender;
         let usual = if is_blender {
             LightUnits::Lumen
         } else {
@@ -32,6 +32,17 @@ impl Dialect {
         Dialect {
             units: units.unwrap_or(usual),
             is_blender,
+            is_open: origin == Origin::Replaced && units.is_none(),
+        }
+    }
+
+    /// Warns if the units of a light are not known.
+    pub(super) fn warn_of_units(self, light: &Json<'_>) {
+        if self.is_open {
+            light.warn_once(
+                "units",
+                "the program that rewrote this file has removed the name of its exporter, so that the units of its lights are not known; they count as W/sr and W/m² (`--light-units W` says so). If the scene is from Blender, `--light-units lm` makes them 683 times darker",
+            );
         }
     }
 }

@@ -18,8 +18,6 @@ pub(super) struct Base {
     pub(super) metallic: FloatInput,
     pub(super) roughness: FloatInput,
     pub(super) roughness_factor: f32,
-    /// Whether roughness is textured.
-    pub(super) has_roughness_texture: bool,
     /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
     pub(super) f0: Option<f32>,
 }
@@ -33,7 +31,6 @@ impl Default for Base {
             metallic: FloatInput::Constant(1.0),
             roughness: FloatInput::Constant(1.0),
             roughness_factor: 1.0,
-            has_roughness_texture: false,
             f0: None,
         }
     }
@@ -85,6 +82,12 @@ impl<'a> MaterialReader<'a, '_> {
             "OPAQUE" => visible(true),
             "MASK" => {
                 let cutoff = self.json.float("alphaCutoff", 0.5);
+                if let Some(of_vertices) = self.textures.vertex_opacity(self.vertices) {
+                    let texture = self.texture(json, texture, Content::Opacity);
+                    let of_texture = as_color(self.textures.scaled(factor, texture));
+                    let product = self.textures.product(of_texture, of_vertices);
+                    return self.textures.step(product, cutoff);
+                }
                 match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
                     Some(id) => ColorInput::Texture(id),
                     None => visible(factor >= cutoff),

@@ -2,7 +2,7 @@
 //!
 //! | glTF | here |
 //! |---|---|
-//! | base color, metallic, roughness | the parameters of the same names; alpha = roughness², `layered` |
+//! | base color, metallic, roughness | the parameters of the same names; alpha = roughness², with the layers of glTF |
 //! | F0 by ior and specular | eta with this reflectance |
 //! | normal texture | a normal map with the tangents of MikkTSpace |
 //! | alpha mode | a mask |
@@ -10,23 +10,27 @@
 //!
 //! `extensions` reads the lobes and interfaces of the KHR_materials extensions.
 
-use super::super::description::{add, add_two_sided, as_float};
+use super::super::description::{add, add_front_alone, add_two_sided, as_float};
 use super::super::names::name_material;
 use super::super::options::GltfOptions;
 use super::super::parameters::Numbers;
 use super::document::Document;
-use super::extensions::{Glass, Lobes, specular_glossiness};
+use super::extensions::{Glass, Lobes};
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
+use super::specular_glossiness::specular_glossiness;
 use super::textures::{Textures, VertexInputs};
 use crate::suggest::with_list;
-use manylight::bsdf::material::PrincipledMaterial;
+use manylight::bsdf::material::{PrincipledLayers, PrincipledMaterial};
 use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
 use std::collections::HashMap;
+
+/// No light.
+const BLACK: ColorInput = ColorInput::Constant(Rgb::BLACK);
 
 /// The materials of a scene, made when a mesh needs them.
 #[derive(Default)]
@@ -35,19 +39,40 @@ pub(super) struct Materials {
     /// Names, by the same indices.
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
-    /// Materials without vertex attributes, which meshes share: by index and primary set of texture
-    /// coordinates.
-    shared: HashMap<(Option<usize>, usize), SurfaceMaterial>,
+    /// Materials without vertex attributes, which meshes share: by index, primary set of texture
+    /// coordinates, and bits of the scale.
+    shared: HashMap<(Option<usize>, usize, u32), SurfaceMaterial>,
 }
 
 /// What a surface is made of.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceMaterial {
     pub(super) id: MaterialId,
+    /// The material of the second surface of one that emits on both sides, which is turned over.
+    pub(super) back: MaterialId,
     /// Radiance in W/(m² sr); `None` if it does not emit.
     pub(super) radiance: Option<ColorInput>,
     /// Whether it emits on both sides.
     pub(super) double_sided: bool,
+    /// Whether its opacity is 1.
+    pub(super) is_opaque: bool,
+}
+
+/// What a surface is made of.
+#[derive(Clone, Copy, Debug)]
+enum Surfaces {
+    One,
+    /// Two that emit, each to its front.
+    BackToBack,
+}
+
+/// The side of a surface that a normal texture describes.
+#[derive(Clone, Copy, Debug)]
+enum Seen {
+    Front,
+    /// The normal of a back face is that of the front, reversed: in the frame of a surface that is
+    /// turned over, its tangential part is the opposite.
+    TurnedOver,
 }
 
 impl Materials {
@@ -59,7 +84,7 @@ impl Materials {
         vertices: &VertexInputs<'_>,
     ) -> SurfaceMaterial {
         let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty();
-        let key = (index, vertices.primary);
+        let key = (index, vertices.primary, vertices.scale.to_bits());
         if let Some(material) = self.shared.get(&key).filter(|_| is_shared) {
             return *material;
         }
@@ -92,10 +117,13 @@ impl Materials {
             base.color = color;
         }
         let inner = add(&mut self.list, principled(&base, &Lobes::default()));
+        let id = add_two_sided(&mut self.list, inner);
         SurfaceMaterial {
-            id: add_two_sided(&mut self.list, inner),
+            id,
+            back: id,
             radiance: None,
             double_sided: false,
+            is_opaque: true,
         }
     }
 }
@@ -106,17 +134,20 @@ fn principled(base: &Base, lobes: &Lobes) -> Material {
     Material::Principled(Box::new(PrincipledMaterial {
         base_color: base.color,
         roughness: lobes.roughness.unwrap_or(base.roughness),
-        anisotropic: constant(lobes.anisotropic),
+        anisotropic: lobes.anisotropic,
         metallic: base.metallic,
         spec_trans: constant(0.0),
         eta: eta_of_reflectance(base.f0.unwrap_or(lobes.f0)),
         spec_tint: constant(0.0),
-        sheen: constant(lobes.sheen),
+        sheen: lobes.sheen,
         sheen_tint: constant(0.0),
         flatness: constant(0.0),
         clearcoat: lobes.clearcoat,
-        clearcoat_gloss: constant(lobes.clearcoat_gloss),
-        layered: true,
+        clearcoat_gloss: constant(0.0),
+        layers: Some(PrincipledLayers {
+            specular_tint: lobes.specular_tint,
+            coat_roughness: lobes.coat_roughness,
+        }),
         diffuse_reflectance_sampling_rate: 1.0,
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
@@ -135,30 +166,67 @@ fn eta_of_reflectance(f0: f32) -> f32 {
 
 impl<'a> MaterialReader<'a, '_> {
     fn surface(mut self) -> SurfaceMaterial {
-        let double_sided = self.json.boolean("doubleSided");
         let mode = self.json.string("alphaMode").unwrap_or("OPAQUE");
         let base = self.base(mode);
-        if self.json.extension("KHR_materials_unlit").is_some() {
-            return self.unlit(&base, mode);
-        }
-        let lobes = Lobes::read(&mut self, &base);
-        let mut inner = add(self.list, principled(&base, &lobes));
-        inner = self.normal_mapped(inner);
-        inner = add_two_sided(self.list, inner);
-        if let Some(glass) = Glass::read(&mut self, &base, lobes.ior) {
-            inner = self.with_glass(inner, glass);
-        }
+        let is_unlit = self.json.extension("KHR_materials_unlit").is_some();
+        let radiance = match is_unlit {
+            true => Some(base.color),
+            false => self.radiance(),
+        };
+        let opacity = as_float(base.opacity);
+        let radiance = radiance
+            .map(|radiance| self.textures.faded_radiance(radiance, opacity))
+            .filter(|radiance| *radiance != BLACK);
+        let double_sided = is_unlit || self.json.boolean("doubleSided");
+        let surfaces = match double_sided && radiance.is_some() {
+            true => Surfaces::BackToBack,
+            false => Surfaces::One,
+        };
+        let [front, back] = match is_unlit {
+            true => [self.unlit(); 2],
+            false => self.scattering(&base, surfaces),
+        };
+        let mut masked = |inner| self.masked(inner, opacity, surfaces);
         SurfaceMaterial {
-            id: self.masked(inner, &base, mode),
-            radiance: self.radiance(),
+            id: masked(front),
+            back: masked(back),
+            radiance,
             double_sided,
+            is_opaque: opacity == FloatInput::Constant(1.0),
         }
     }
 
+    /// The material without its opacity, and the same for a surface that is turned over, if there
+    /// is one.
+    fn scattering(&mut self, base: &Base, surfaces: Surfaces) -> [MaterialId; 2] {
+        let lobes = Lobes::read(self, base);
+        let opaque = add(self.list, principled(base, &lobes));
+        let opaque = add_two_sided(self.list, opaque);
+        let glass = Glass::read(self, base, lobes.ior);
+        let is_double = matches!(surfaces, Surfaces::BackToBack);
+        let has_back = is_double && self.json.has("normalTexture");
+        let mut seen = |side| {
+            let opaque = self.normal_mapped(opaque, side);
+            match &glass {
+                Some(glass) => self.with_glass(opaque, glass, side),
+                None => opaque,
+            }
+        };
+        let front = seen(Seen::Front);
+        [
+            front,
+            if has_back {
+                seen(Seen::TurnedOver)
+            } else {
+                front
+            },
+        ]
+    }
+
     /// A mixture of an opaque material and glass.
-    fn with_glass(&mut self, opaque: MaterialId, glass: Glass) -> MaterialId {
-        let id = add(self.list, glass.material);
-        let second = self.normal_mapped(id);
+    fn with_glass(&mut self, opaque: MaterialId, glass: &Glass, side: Seen) -> MaterialId {
+        let id = add(self.list, glass.material.clone());
+        let second = self.normal_mapped(id, side);
         match glass.weight {
             FloatInput::Constant(1.0) => second,
             weight => add(
@@ -213,27 +281,25 @@ impl<'a> MaterialReader<'a, '_> {
             roughness: scaled(roughness_factor, 1),
             metallic: scaled(metallic_factor, 2),
             roughness_factor,
-            has_roughness_texture: json.has(name),
             f0: None,
         }
     }
 
     /// The material with its opacity.
-    fn masked(&mut self, inner: MaterialId, base: &Base, mode: &str) -> MaterialId {
-        match (mode, base.opacity) {
-            ("OPAQUE", _) | (_, ColorInput::Constant(Rgb::WHITE)) => inner,
-            (_, opacity) => add(
-                self.list,
-                Material::Mask {
-                    opacity: as_float(opacity),
-                    inner,
-                },
-            ),
+    fn masked(&mut self, inner: MaterialId, opacity: FloatInput, surfaces: Surfaces) -> MaterialId {
+        if opacity == FloatInput::Constant(1.0) {
+            return inner;
+        }
+        let masked = add(self.list, Material::Mask { opacity, inner });
+        match surfaces {
+            Surfaces::One => masked,
+            Surfaces::BackToBack => add_front_alone(self.list, masked),
         }
     }
 
-    /// The material in the frame of the normal texture.
-    fn normal_mapped(&mut self, inner: MaterialId) -> MaterialId {
+    /// The material in the frame of the normal texture. It has both sides within this frame, so
+    /// that all of the normal is reversed on the back.
+    fn normal_mapped(&mut self, inner: MaterialId, side: Seen) -> MaterialId {
         let json = self.json;
         let Some(info) = json.member("normalTexture") else {
             return inner;
@@ -241,11 +307,15 @@ impl<'a> MaterialReader<'a, '_> {
         let Some(texture) = self.texture(json, "normalTexture", Content::Raw) else {
             return inner;
         };
+        let scale = info.float("scale", 1.0);
         add(
             self.list,
             Material::NormalMap {
                 texture,
-                scale: info.float("scale", 1.0),
+                scale: match side {
+                    Seen::Front => scale,
+                    Seen::TurnedOver => -scale,
+                },
                 bitangent: Bitangent::AgainstV,
                 inner,
             },
@@ -271,22 +341,13 @@ impl<'a> MaterialReader<'a, '_> {
 
     /// A surface that shows its base color whatever light falls on it: an emitter that reflects
     /// nothing.
-    fn unlit(mut self, base: &Base, mode: &str) -> SurfaceMaterial {
+    fn unlit(&mut self) -> MaterialId {
         self.json.warn_once(
             "unlit",
             "unlit materials (KHR_materials_unlit) are replaced by emission of their base color, which lights other surfaces too",
         );
-        let black = add(
-            self.list,
-            Material::Diffuse {
-                reflectance: ColorInput::Constant(Rgb::BLACK),
-            },
-        );
-        SurfaceMaterial {
-            id: self.masked(black, base, mode),
-            radiance: Some(base.color),
-            double_sided: true,
-        }
+        let reflectance = BLACK;
+        add(self.list, Material::Diffuse { reflectance })
     }
 }
 

@@ -37,6 +37,8 @@ struct MeshKey {
     mirrored: bool,
     /// The path of the node that deforms it.
     deformed_by: Option<usize>,
+    /// Bits of the scale of its volumes; those of 1 without volumes.
+    scale: u32,
 }
 
 /// A primitive as a shape with its material.
@@ -134,7 +136,25 @@ impl<'a, 'b> Meshes<'a, 'b> {
             mesh,
             mirrored: !node.json.has("skin") && DMat3::from_mat4(*transform).determinant() < 0.0,
             deformed_by: deforms.then_some(index),
+            scale: self.scale(mesh, &node.json, transform).to_bits(),
         }
+    }
+
+    /// The scale with which a node places the thickness of volumes, a mean of all directions; 1 for
+    /// meshes without volumes.
+    fn scale(&self, mesh: usize, node: &Json<'a>, transform: &DMat4) -> f32 {
+        let document = self.accessors.document;
+        let has_volume = |primitive: &Json<'a>| {
+            let material = material_of(primitive, self.variant, document.materials.len());
+            let material = material.map(|material| &document.materials[material]);
+            material.is_some_and(|json| json.extension("KHR_materials_volume").is_some())
+        };
+        let primitives = document.meshes[mesh].objects("primitives");
+        if node.has("skin") || !primitives.iter().any(has_volume) {
+            return 1.0;
+        }
+        let volume = DMat3::from_mat4(*transform).determinant().abs();
+        volume.cbrt() as f32
     }
 
     /// The transforms with which a node places its mesh: one, or those of EXT_mesh_gpu_instancing.
@@ -282,18 +302,27 @@ impl<'a, 'b> Meshes<'a, 'b> {
             primary: geometry.uvs.first().map_or(0, |(set, _)| *set),
             uvs: others,
             colors: &geometry.colors,
+            scale: f32::from_bits(key.scale),
         };
         let surface = self.materials.material(document, material, &vertices);
         let emitter = surface
             .radiance
             .map(|radiance| self.emitter(radiance, desc));
         let second = emitter.filter(|_| surface.double_sided);
-        let back = second.and_then(|_| emission::back(&geometry));
-        for geometry in [Some(geometry), back].into_iter().flatten() {
+        // The back of a closed opaque surface is not seen.
+        let is_seen = !surface.is_opaque || !emission::is_closed(&geometry);
+        let back = second
+            .filter(|_| is_seen)
+            .map(|_| emission::back(&geometry));
+        let sides = [(Some(geometry), surface.id), (back, surface.back)];
+        for (geometry, material) in sides {
+            let Some(geometry) = geometry else {
+                continue;
+            };
             let triangles = geometry.triangles.len();
             parts.push(Part {
                 shape: add(&mut desc.shapes, Shape::Mesh(into_mesh(geometry))),
-                material: surface.id,
+                material,
                 emitter,
                 triangles,
             });

@@ -3,13 +3,13 @@
 //! What is read, approximated and refused: `docs/formats/gltf.md`. Loading has these stages:
 //!
 //! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of
-//!    the file.
+//!    the file, `origin` the program that made it.
 //! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of
 //!    the data.
 //! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by
 //!    `deform`, with `tangents`.
-//! 4. `materials`, by `material_reader`, `extensions` and `textures`, maps materials to those of
-//!    the renderer; `images` decodes images in parallel.
+//! 4. `materials`, by `material_reader`, `extensions`, `specular_glossiness` and `textures`, maps
+//!    materials to those of the renderer; `images` decodes images in parallel.
 //!
 //! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
 
@@ -32,8 +32,10 @@ mod material_reader;
 mod materials;
 mod meshes;
 mod nodes;
+mod origin;
 mod primitives;
 mod report;
+mod specular_glossiness;
 mod tangents;
 mod textures;
 mod uri;
@@ -51,13 +53,16 @@ use document::Document;
 use json::Json;
 use lights::Dialect;
 use manylight::bsdf::Material;
+use manylight::emitters::Emitter;
+use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::scene::SceneDesc;
-use manylight::texture::{FloatInput, Texture};
+use manylight::texture::{ColorInput, FloatInput, Texture};
 use materials::chosen_variant;
 use meshes::Meshes;
 use nodes::{Hierarchy, PlacedNode};
 use report::Reporter;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The scene in `bytes`, the content of `path`, without its invalid parts. `None` only if an error
@@ -143,20 +148,38 @@ fn fill_missing(textures: &mut [Texture]) {
     }
 }
 
-/// Replaces masks of opacity 1 everywhere by the masked material: opaque surfaces are faster.
+/// Replaces masks of opacity 1 everywhere by the masked material, and radiance with this opacity by
+/// that of the opaque surface: they are faster.
 fn drop_full_masks(desc: &mut SceneDesc) {
+    // Each image is read once, whatever number of materials has it.
+    let mut full: HashMap<TextureId, bool> = HashMap::new();
+    let textures = &desc.textures;
+    let mut is_full = |opacity: FloatInput| {
+        match opacity {
+        FloatInput::Constant(_) => false,
+        FloatInput::Texture(id) => *full.entry(id).or_insert_with(|| {
+            let texture = match &textures[id.index()] {
+                Texture::Transformed { inner, .. } => &textures[inner.index()],
+                texture => texture,
+            };
+            matches!(texture, Texture::Bitmap(bitmap) if bitmap.image.data.iter().all(|v| *v == 1.0))
+        }),
+    }
+    };
     for i in 0..desc.materials.len() {
-        let Material::Mask {
-            opacity: FloatInput::Texture(id),
-            inner,
-        } = desc.materials[i]
-        else {
-            continue;
-        };
-        if let Texture::Bitmap(bitmap) = &desc.textures[id.index()]
-            && bitmap.image.data.iter().all(|v| *v == 1.0)
+        if let Material::Mask { opacity, inner } = desc.materials[i]
+            && is_full(opacity)
         {
             desc.materials[i] = desc.materials[inner.index()].clone();
+        }
+    }
+    for emitter in &mut desc.emitters {
+        if let Emitter::Area { radiance } = emitter
+            && let ColorInput::Texture(id) = *radiance
+            && let Texture::Mix { second, weight, .. } = textures[id.index()]
+            && is_full(weight)
+        {
+            *radiance = second;
         }
     }
 }
@@ -195,7 +218,8 @@ impl<'a> Builder<'a, '_> {
         let Some(index) = extension.index("light", "lights", lights.len()) else {
             return;
         };
-        let dialect = Dialect::new(self.document.is_by_blender(), self.options.light_units);
+        let dialect = Dialect::new(self.document.origin, self.options.light_units);
+        dialect.warn_of_units(&lights[index]);
         let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
         self.desc.emitters.extend(emitter);
     }

@@ -97,7 +97,10 @@ impl Geometry {
         needs: &VertexNeeds,
         accessors: &Accessors<'a, '_>,
     ) -> Option<()> {
-        for set in &needs.sets {
+        // Tangents follow texture coordinates, also where no texture needs them.
+        let is_alone = needs.tangents && needs.sets.is_empty() && attributes.has("TEXCOORD_0");
+        let of_tangents: &[usize] = if is_alone { &[0] } else { &[] };
+        for set in needs.sets.iter().chain(of_tangents) {
             let name = format!("TEXCOORD_{set}");
             let Some(at) = attributes.get(&name) else {
                 let message =

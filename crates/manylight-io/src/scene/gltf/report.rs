@@ -74,6 +74,15 @@ impl<'a> Reporter<'a> {
         self.add_error("gltf::invalid", path, message, |problem| problem.help(help));
     }
 
+    /// Adds an error with a suggestion, the first one of its `subject` only: one cause has one
+    /// error, wherever it is met.
+    pub(super) fn error_once(&self, subject: &str, path: &str, message: &str, help: String) {
+        let key = (String::new(), subject.to_owned());
+        if self.reported.borrow_mut().insert(key) {
+            self.error_with_help(path, message, help);
+        }
+    }
+
     /// Adds an error about a file that cannot be read.
     pub(super) fn file_error(&self, path: &str, message: &str, help: Option<String>) {
         self.add_error("gltf::missing_file", path, message, |problem| {

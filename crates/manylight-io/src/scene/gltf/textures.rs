@@ -1,7 +1,7 @@
 //! Textures: images with samplers and transforms, their combination with factors and vertex
 //! attributes, and what they need of the vertices.
 
-use super::super::description::{add, as_float, bitmap, product};
+use super::super::description::{WHITE, add, as_float, bitmap, faded_radiance, product};
 use super::super::parameters::Numbers;
 use super::document::Document;
 use super::images::{Content, ImageUses};
@@ -21,6 +21,8 @@ pub(super) struct VertexInputs<'m> {
     pub(super) uvs: &'m [(usize, Vec<Vec2>)],
     /// Colors of the vertices, linear, with opacity; may be empty.
     pub(super) colors: &'m [[f32; 4]],
+    /// From the space of the mesh to the world.
+    pub(super) scale: f32,
 }
 
 /// All textures of a scene.
@@ -28,6 +30,7 @@ pub(super) struct VertexInputs<'m> {
 pub(super) struct Textures {
     pub(super) list: Vec<Texture>,
     pub(super) images: ImageUses,
+    /// Images, and their transforms, by what they are made of.
     bitmaps: HashMap<String, TextureId>,
 }
 
@@ -59,18 +62,34 @@ impl Textures {
         } else {
             filtering
         };
-        let uv_transform = uv_transform(info);
-        let key = format!("{image} {content:?} {filtering:?} {wrap:?} {uv_transform:?}");
+        let key = format!("{image} {content:?} {filtering:?} {wrap:?}");
         let id = match self.bitmaps.get(&key) {
             Some(id) => *id,
             None => {
-                let id = add(&mut self.list, bitmap(filtering, wrap, uv_transform));
+                let id = add(&mut self.list, bitmap(filtering, wrap, Mat3::IDENTITY));
                 self.images.add(image, content, id);
                 self.bitmaps.insert(key, id);
                 id
             }
         };
+        let id = self.transformed(id, uv_transform(info));
         Some(self.at_set(id, info, vertices))
+    }
+
+    /// The texture `inner` at transformed coordinates. All transforms of an image share its pixels.
+    fn transformed(&mut self, inner: TextureId, uv_transform: Mat3) -> TextureId {
+        if uv_transform == Mat3::IDENTITY {
+            return inner;
+        }
+        let key = format!("{inner:?} {uv_transform:?}");
+        let textures = &mut self.list;
+        *self.bitmaps.entry(key).or_insert_with(|| {
+            let transformed = Texture::Transformed {
+                uv_transform,
+                inner,
+            };
+            add(textures, transformed)
+        })
     }
 
     /// The texture `id` at the set of texture coordinates that `info` names.
@@ -120,6 +139,56 @@ impl Textures {
         product(&mut self.list, first, second)
     }
 
+    /// The radiance of a surface with this opacity.
+    pub(super) fn faded_radiance(
+        &mut self,
+        radiance: ColorInput,
+        opacity: FloatInput,
+    ) -> ColorInput {
+        faded_radiance(&mut self.list, radiance, opacity)
+    }
+
+    /// 1 where `value` is at least `threshold`, else 0.
+    pub(super) fn step(&mut self, value: ColorInput, threshold: f32) -> ColorInput {
+        let value = match value {
+            ColorInput::Constant(color) => {
+                let is_visible = color.r >= threshold;
+                return if is_visible {
+                    WHITE
+                } else {
+                    ColorInput::Constant(Rgb::BLACK)
+                };
+            }
+            ColorInput::Texture(base) => Texture::Step { base, threshold },
+        };
+        ColorInput::Texture(add(&mut self.list, value))
+    }
+
+    /// `first` with weight 1 - `weight`, `second` with weight `weight`.
+    pub(super) fn mix(
+        &mut self,
+        first: ColorInput,
+        second: ColorInput,
+        weight: FloatInput,
+    ) -> ColorInput {
+        let mix = Texture::Mix {
+            first,
+            second,
+            weight,
+        };
+        ColorInput::Texture(add(&mut self.list, mix))
+    }
+
+    /// A power of a number.
+    pub(super) fn power(&mut self, number: FloatInput, exponent: f32) -> FloatInput {
+        match number {
+            FloatInput::Constant(value) => FloatInput::Constant(value.powf(exponent)),
+            FloatInput::Texture(base) => {
+                FloatInput::Texture(add(&mut self.list, Texture::Power { base, exponent }))
+            }
+        }
+    }
+
     /// A number times a texture, if there is one.
     pub(super) fn scaled(&mut self, factor: f32, texture: Option<TextureId>) -> FloatInput {
         let Some(id) = texture else {
@@ -131,9 +200,8 @@ impl Textures {
 }
 
 /// Extensions with images in formats that are not read.
-const OTHER_FORMATS: [(&str, &str); 4] = [
+const OTHER_FORMATS: [(&str, &str); 3] = [
     ("KHR_texture_basisu", "Basis Universal"),
-    ("EXT_texture_webp", "WebP"),
     ("EXT_texture_avif", "AVIF"),
     ("MSFT_texture_dds", "DDS"),
 ];
@@ -144,14 +212,19 @@ fn image_of(texture: &Json<'_>, document: &Document<'_>) -> Option<usize> {
         // The image for programs that do not read the other format.
         return source.as_index("images", document.images.len());
     }
+    if let Some(webp) = texture.extension("EXT_texture_webp") {
+        webp.check_given("source")?;
+        return webp.index("source", "images", document.images.len());
+    }
     let other = OTHER_FORMATS
         .iter()
         .find(|(name, _)| texture.extension(name).is_some());
     match other {
-        Some((name, format)) => texture.reporter().error_with_help(
+        Some((name, format)) => texture.reporter().error_once(
+            name,
             texture.path(),
             &format!("the texture has a {format} image alone (extension `{name}`), which is not supported"),
-            "export textures as PNG or JPEG, or with such a fallback",
+            "export textures as PNG, JPEG or WebP, or with such a fallback".to_owned(),
         ),
         None => texture.error("the texture has no image: the property `source` is missing"),
     }

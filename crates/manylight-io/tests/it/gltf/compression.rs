@@ -181,3 +181,18 @@ fn without_its_decoder_meshopt_is_refused_by_name() {
     );
     assert_eq!(mesh(&load(&document), 0).positions[1], Vec3::X);
 }
+
+#[cfg(not(feature = "meshopt"))]
+#[test]
+fn each_name_of_the_extension_has_one_error_for_all_views() {
+    for (name, expands) in [
+        ("EXT_meshopt_compression", true),
+        ("KHR_meshopt_compression", false),
+    ] {
+        let file = replaced(MESHOPT, "EXT_meshopt_compression", name);
+        let errors = errors(&file);
+        let named: Vec<&String> = errors.iter().filter(|e| e.contains(name)).collect();
+        assert_eq!(named.len(), 1, "{errors:?}");
+        assert_eq!(named[0].contains("gltf-transform copy"), expands);
+    }
+}

@@ -297,3 +297,82 @@ fn objects_and_materials_have_names() {
         );
     }
 }
+
+/// What a file of a program that rewrites others says of a lamp of these watts in Blender: its
+/// radiant intensity here, and the warnings.
+fn rewritten(intensity: f64) -> (f32, Vec<String>) {
+    let document = changed(&[
+        ("/asset/generator", json!("glTF-Transform v4.5.1")),
+        (
+            "/extensions/KHR_lights_punctual/lights/0",
+            json!({ "type": "point", "intensity": intensity }),
+        ),
+    ]);
+    let folder = Folder::new(&document);
+    let desc = load_scene(&folder.file, &LoadOptions::default())
+        .unwrap()
+        .desc;
+    let Emitter::Point { intensity, .. } = desc.emitters[0] else {
+        panic!()
+    };
+    (intensity.g, folder.problems())
+}
+
+#[test]
+fn blender_is_known_by_its_lamps_where_its_name_was_replaced() {
+    let lamp = |watts: f64| watts * 683.0 / (4.0 * std::f64::consts::PI);
+    let (intensity, warnings) = rewritten(lamp(40.0));
+    assert!((intensity - 40.0 / (4.0 * PI)).abs() < 1e-4, "{intensity}");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    // Round numbers are not those of Blender's exporter.
+    let (intensity, warnings) = rewritten(2000.0);
+    assert!((intensity - 2000.0).abs() < 1e-3);
+    assert!(
+        matches!(warnings.as_slice(), [only] if only.contains("--light-units lm")),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn emission_textures_of_large_meshes_are_scanned_once() {
+    /// Squares of a row: 20,000 triangles.
+    const SIDE: usize = 100;
+    let mut document = super::materials::document(json!({
+        "emissiveFactor": [1, 1, 1],
+        "emissiveTexture": { "index": 0 }
+    }));
+    let image = super::materials::png(&vec![[255, 128, 64, 255]; 1024 * 1024], 1024);
+    set(&mut document, "/images", json!([{ "uri": image }]));
+    let corner = |x: usize, y: usize| [x as f32, y as f32];
+    let squares = (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE));
+    let corners: Vec<[f32; 2]> = squares
+        .flat_map(|(x, y)| {
+            [(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0, 1)].map(|(u, v)| corner(x + u, y + v))
+        })
+        .collect();
+    let positions: Vec<f32> = corners.iter().flat_map(|[x, y]| [*x, *y, 0.0]).collect();
+    let uvs: Vec<f32> = corners
+        .as_flattened()
+        .iter()
+        .map(|v| v / SIDE as f32)
+        .collect();
+    let position = add_accessor(
+        &mut document,
+        &bytes_of(&positions),
+        5126,
+        corners.len(),
+        "VEC3",
+    );
+    let uv = add_accessor(&mut document, &bytes_of(&uvs), 5126, corners.len(), "VEC2");
+    let primitive =
+        json!([{ "attributes": { "POSITION": position, "TEXCOORD_0": uv }, "material": 0 }]);
+    set(&mut document, "/meshes/0/primitives", primitive);
+    let folder = Folder::new(&document);
+    let desc = load_scene(&folder.file, &LoadOptions::default())
+        .unwrap()
+        .desc;
+    let start = std::time::Instant::now();
+    manylight::scene::Scene::build(desc, 0).unwrap();
+    // 2 · 10¹⁰ texels take minutes.
+    assert!(start.elapsed().as_secs() < 30);
+}

@@ -345,3 +345,15 @@ fn primitives_that_repeat_data_are_bounded() {
         "{found:?}"
     );
 }
+
+#[test]
+fn tangents_follow_texture_coordinates_that_no_texture_needs() {
+    let material = json!({
+        "pbrMetallicRoughness": { "roughnessFactor": 0.3 },
+        "extensions": { "KHR_materials_anisotropy": { "anisotropyStrength": 0.8 } }
+    });
+    let desc = load(&changed(&[("/materials/0", material)]));
+    let mesh = mesh(&desc, 0);
+    assert_eq!((mesh.tangents.len(), mesh.uvs.len()), (3, 3));
+    assert!(mesh.tangents.iter().all(|t| t.abs_diff_eq(Vec3::X, 1e-5)));
+}

@@ -79,7 +79,7 @@ fn defaults_are_white_metal() {
         (p.metallic, p.roughness),
         (FloatInput::Constant(1.0), FloatInput::Constant(1.0))
     );
-    assert!(p.layered && (p.eta - 1.5).abs() < 1e-5);
+    assert!(p.layers.is_some() && (p.eta - 1.5).abs() < 1e-5);
 }
 
 #[test]
@@ -118,11 +118,11 @@ fn texture_transforms_move_scale_and_turn() {
     let desc = load(&document(
         json!({ "pbrMetallicRoughness": { "baseColorTexture": texture } }),
     ));
-    let Texture::Bitmap(bitmap) = &desc.textures[0] else {
+    let Texture::Transformed { uv_transform, .. } = &desc.textures[1] else {
         panic!()
     };
     // Counterclockwise where v points downwards: u becomes -v.
-    let moved = bitmap.uv_transform.transform_point2(Vec2::new(1.0, 10.0));
+    let moved = uv_transform.transform_point2(Vec2::new(1.0, 10.0));
     assert!(moved.abs_diff_eq(Vec2::new(30.25, -1.5), 1e-4), "{moved}");
 }
 
@@ -330,4 +330,57 @@ fn variants_choose_materials() {
         found[0].contains("the file has no material variant `now` did you mean `new`? variants of the file: old, new"),
         "{found:?}"
     );
+}
+
+#[test]
+fn rough_glass_has_the_product_of_factor_and_texture() {
+    let desc = load(&document(json!({
+        "pbrMetallicRoughness": {
+            "metallicFactor": 0,
+            "roughnessFactor": 0.5,
+            "metallicRoughnessTexture": { "index": 0 }
+        },
+        "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1 }
+        }
+    })));
+    let Material::Dielectric {
+        roughness: Some(roughness),
+        ..
+    } = material_of(&desc, 0)
+    else {
+        panic!()
+    };
+    for (u, stored) in [(0.25, 128.0), (0.75, 0.0)] {
+        let alpha = roughness.alpha_u.eval(Vec2::new(u, 0.5), &desc.textures);
+        let expected: f32 = stored / 255.0 * 0.5;
+        assert!((alpha - expected * expected).abs() < 1e-3, "{alpha}");
+    }
+}
+
+#[test]
+fn transforms_of_one_image_share_its_pixels() {
+    let texture = |i: usize| {
+        let transform = json!({ "offset": [0.5, 0], "scale": [1 + i, 1] });
+        json!({ "index": 0, "extensions": { "KHR_texture_transform": transform } })
+    };
+    let mut document = document(json!({
+        "pbrMetallicRoughness": { "baseColorTexture": texture(0) }
+    }));
+    let primitive = document["meshes"][0]["primitives"][0].clone();
+    for i in 0..50 {
+        let material = json!({ "pbrMetallicRoughness": { "baseColorTexture": texture(i) } });
+        set(&mut document, &format!("/materials/{i}"), material);
+        let path = format!("/meshes/0/primitives/{i}");
+        set(&mut document, &path, primitive.clone());
+        set(&mut document, &format!("{path}/material"), json!(i));
+    }
+    let desc = load(&document);
+    let is_bitmap = |texture: &&Texture| matches!(texture, Texture::Bitmap(_));
+    assert_eq!(desc.textures.iter().filter(is_bitmap).count(), 1);
+    assert_eq!(desc.textures.len(), 51);
+    // u = 0.25 is moved to the second pixel, blue.
+    let color = color_at(&desc, principled(&desc).base_color, 0.25);
+    assert!(close(color, [0.0, 0.0, 1.0]), "{color:?}");
 }

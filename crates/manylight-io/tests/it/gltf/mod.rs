@@ -8,6 +8,7 @@ mod features;
 mod geometry;
 mod invalid;
 mod materials;
+mod opacity;
 mod shared;
 
 use base64::Engine;

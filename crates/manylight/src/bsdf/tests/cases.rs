@@ -1,7 +1,8 @@
 //! A case for every model and every wrapper.
 
 use crate::bsdf::material::{
-    Bitangent, Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+    Bitangent, Distribution, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial,
+    Roughness, WardVariant,
 };
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
@@ -96,7 +97,7 @@ fn principled(roughness: f32) -> PrincipledMaterial {
         flatness: float(0.0),
         clearcoat: float(0.0),
         clearcoat_gloss: float(0.0),
-        layered: false,
+        layers: None,
         diffuse_reflectance_sampling_rate: 1.0,
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
@@ -358,7 +359,10 @@ fn principled_models() -> Vec<Named> {
             vec![Material::Principled(Box::new(PrincipledMaterial {
                 metallic: float(0.2),
                 clearcoat: float(0.8),
-                layered: true,
+                layers: Some(PrincipledLayers {
+                    specular_tint: rgb(2.0, 1.0, 0.3),
+                    coat_roughness: float(0.45),
+                }),
                 ..principled(0.4)
             }))],
         ),

@@ -9,7 +9,7 @@ use crate::emitters::Emitter;
 use crate::geometry::{Geometry, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::sampling::alias::Alias;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureBounds};
 
 /// All elements of a scene.
 #[derive(Debug)]
@@ -59,6 +59,7 @@ impl ElementList {
             of_triangle: Vec::new(),
         };
         let mut bounds = Vec::new();
+        let textures = &TextureBounds::new(textures);
         for (i, primitive) in geometry.primitives().iter().enumerate() {
             let Some(id) = primitive.emitter else {
                 continue;

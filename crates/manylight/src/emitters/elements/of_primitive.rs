@@ -8,7 +8,8 @@ use crate::emitters::Emitter;
 use crate::geometry::{Geometry, Mesh, Shape, SurfacePoint};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::math::{Aabb, Affine3A, Cone, Vec2, Vec3};
-use crate::texture::{ColorInput, Texture};
+use crate::texture::{ColorInput, TextureBounds};
+use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Largest number of triangles of a mesh that is one element. A rectangle of two triangles as one
@@ -40,7 +41,7 @@ struct ShapeOfElement {
 /// An area emitter on a primitive.
 pub(super) struct AreaEmitter<'a> {
     pub(super) geometry: &'a Geometry,
-    pub(super) textures: &'a [Texture],
+    pub(super) textures: &'a TextureBounds<'a>,
     pub(super) primitive: PrimitiveId,
     pub(super) emitter: EmitterId,
     pub(super) radiance: ColorInput,
@@ -50,7 +51,7 @@ impl AreaEmitter<'_> {
     /// The elements with a positive area.
     pub(super) fn elements(&self) -> Vec<IndexedElement> {
         self.shapes()
-            .into_iter()
+            .into_par_iter()
             .filter(|shape| shape.area > 0.0)
             .map(|shape| self.element(shape))
             .collect()
@@ -244,7 +245,7 @@ impl AreaEmitter<'_> {
 pub(super) fn element_of_point(
     id: EmitterId,
     emitter: &Emitter,
-    textures: &[Texture],
+    textures: &TextureBounds<'_>,
 ) -> Option<(EmitterElement, ElementSampling, ElementBounds)> {
     let (position, normals, emission) = match *emitter {
         Emitter::Point { position, .. } | Emitter::Goniometric { position, .. } => {

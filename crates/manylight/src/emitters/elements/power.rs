@@ -7,7 +7,7 @@ use crate::emitters::{Emitter, SpotFalloff};
 use crate::geometry::Geometry;
 use crate::math::Vec2;
 use crate::sampling::warp;
-use crate::texture::{ColorInput, Texture};
+use crate::texture::{ColorInput, TextureBounds};
 use std::f32::consts::PI;
 
 /// Points per dimension at which textured radiance is averaged over an element. Not measured:
@@ -26,7 +26,7 @@ const MIN_MEAN_OVER_MAX: f32 = 0.01;
 /// Radiance averaged over the area of an element, W/(m² sr).
 pub(super) fn mean_radiance(
     geometry: &Geometry,
-    textures: &[Texture],
+    bounds: &TextureBounds<'_>,
     element: &EmitterElement,
     radiance: ColorInput,
 ) -> Rgb {
@@ -43,9 +43,9 @@ pub(super) fn mean_radiance(
     });
     let sum: Rgb = grid
         .filter_map(|u| element.sample_area(geometry, u))
-        .map(|y| radiance.eval(&y, textures))
+        .map(|y| radiance.eval(&y, bounds.textures()))
         .sum();
-    let floor = textures[id.index()].max_luminance(textures) * MIN_MEAN_OVER_MAX;
+    let floor = bounds.luminance(id) * MIN_MEAN_OVER_MAX;
     (sum / count).map(|v| v.max(floor))
 }
 
@@ -57,7 +57,8 @@ fn direction_grid() -> impl Iterator<Item = Vec2> {
 }
 
 /// Flux of a point or spot in W; black for other emitters.
-pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) -> Rgb {
+pub(in crate::emitters) fn point_power(emitter: &Emitter, bounds: &TextureBounds<'_>) -> Rgb {
+    let textures = bounds.textures();
     match *emitter {
         Emitter::Point { intensity, .. } => intensity * (4.0 * PI),
         Emitter::Goniometric {
@@ -68,7 +69,7 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             let sum: Rgb = direction_grid()
                 .map(|u| emitter.point_intensity(textures, warp::sphere(u)))
                 .sum();
-            let brightest = textures[distribution.index()].max_luminance(textures);
+            let brightest = bounds.luminance(distribution);
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX);
             (sum / GRID_POINTS).zip(floor, f32::max) / warp::SPHERE_PDF
         }
@@ -83,7 +84,7 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
                 .map(|u| spot_direction(direction, cutoff, Some(&projector), u))
                 .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
                 .sum();
-            let brightest = textures[projector.texture.index()].max_luminance(textures);
+            let brightest = bounds.luminance(projector.texture);
             let (_, pdf) = spot_direction(direction, cutoff, Some(&projector), Vec2::splat(0.5));
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX / pdf);
             (sum / GRID_POINTS).zip(floor, f32::max)

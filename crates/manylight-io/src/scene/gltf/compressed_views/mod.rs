@@ -22,20 +22,24 @@ pub(super) fn is_fallback(buffer: &Json<'_>) -> bool {
         && !buffer.has("uri")
 }
 
-/// The extension by which a buffer view is compressed.
-pub(super) fn of_view<'a>(view: &Json<'a>) -> Option<Json<'a>> {
-    MESHOPT.iter().find_map(|name| view.extension(name))
+/// The extension by which a buffer view is compressed, and its name.
+pub(super) fn of_view<'a>(view: &Json<'a>) -> Option<(Json<'a>, &'static str)> {
+    let mut names = MESHOPT.iter();
+    names.find_map(|name| Some((view.extension(name)?, *name)))
 }
 
-/// The content of a view that is compressed by `extension`, of which `bytes` is the compressed
-/// data. `None` if it cannot be decoded, which is reported.
-pub(super) fn decode_view(extension: &Json<'_>, bytes: &[u8]) -> Option<Vec<u8>> {
+/// The content of a view that is compressed by `extension` of this name, of which `bytes` is the
+/// compressed data. `None` if it cannot be decoded, which is reported.
+pub(super) fn decode_view(extension: &Json<'_>, name: &str, bytes: &[u8]) -> Option<Vec<u8>> {
     #[cfg(feature = "meshopt")]
-    return meshopt::decode(extension, bytes);
+    {
+        let _ = name;
+        meshopt::decode(extension, bytes)
+    }
     #[cfg(not(feature = "meshopt"))]
     {
         let _ = bytes;
-        extension.refuse_compressed("EXT_meshopt_compression", "meshopt");
+        extension.refuse_compressed(name, "meshopt");
         None
     }
 }

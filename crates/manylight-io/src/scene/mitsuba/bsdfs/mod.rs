@@ -268,7 +268,7 @@ impl DescBuilder<'_> {
             flatness: self.float_input(props, "flatness", 0.0),
             clearcoat: self.float_input(props, "clearcoat", 0.0),
             clearcoat_gloss: self.float_input(props, "clearcoat_gloss", 0.0),
-            layered: false,
+            layers: None,
             diffuse_reflectance_sampling_rate: props
                 .float("diffuse_reflectance_sampling_rate", 1.0),
             main_specular_sampling_rate: props.float("main_specular_sampling_rate", 1.0),

@@ -260,7 +260,7 @@ impl Builder<'_> {
             diffuse_reflectance_sampling_rate: 1.0,
             main_specular_sampling_rate: 1.0,
             clearcoat_sampling_rate: 1.0,
-            layered: false,
+            layers: None,
         };
         let transmits = principled.spec_trans != FloatInput::Constant(0.0);
         let material = Material::Principled(Box::new(principled));

@@ -1,5 +1,6 @@
 //! Reflection on the front of the principled model, without branches.
 
+use super::layers::Layers;
 use super::terms::{ggx_masking, gtr1, schlick_weight};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::models::fresnel;
@@ -30,12 +31,12 @@ pub(in crate::bsdf) struct PrincipledFront<S: Width> {
     pub(in crate::bsdf) sheen: Color<S>,
     pub(in crate::bsdf) roughness: Float<S>,
     pub(in crate::bsdf) flatness: Float<S>,
-    /// 1 if the diffuse lobe is Lambertian under the main interface, else 0.
-    pub(in crate::bsdf) layered: Float<S>,
     pub(in crate::bsdf) clearcoat: Float<S>,
     /// Parameters of the clear coat's distribution; see [`gtr1`].
     pub(in crate::bsdf) clearcoat_excess: Float<S>,
     pub(in crate::bsdf) clearcoat_norm: Float<S>,
+    /// The layers of glTF 2.0.
+    pub(in crate::bsdf) layers: Layers<S>,
 }
 
 /// Reflection by the parts of a front.
@@ -47,6 +48,8 @@ pub(super) struct FrontParts<S: Width> {
     pub(super) diffuse: Color<S>,
     /// The clear coat, in all channels.
     pub(super) clearcoat: Float<S>,
+    /// The clear coat of the layers, in all channels.
+    pub(super) coat: Float<S>,
 }
 
 /// Fresnel reflectance of the clear coat by Schlick's term.
@@ -62,7 +65,7 @@ impl<S: Width> PrincipledFront<S> {
         !(self.clearcoat.equals(0.0)
             & self.sheen.is_black()
             & self.flatness.equals(0.0)
-            & self.layered.equals(0.0))
+            & self.layers.present.equals(0.0))
     }
 
     /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least
@@ -70,7 +73,7 @@ impl<S: Width> PrincipledFront<S> {
     #[inline(always)]
     pub(in crate::bsdf) fn interface_reflectance(&self, cos: Float<S>, least: f32) -> Color<S> {
         let (r, s) = self.fresnel_terms(cos);
-        self.reflectance(r, s.max(least))
+        self.reflectance(r, s.max(least)) + self.layers.tinted(r)
     }
 
     /// Reflectance of a plain dielectric, and Schlick's term, at the cosine `cos` to a facet.
@@ -108,7 +111,7 @@ impl<S: Width> PrincipledFront<S> {
         let parts = self.parts::<EXTRAS>(facets, wi, wo, seen);
         let sum = parts.interface + parts.diffuse;
         if EXTRAS {
-            sum + Color::grey(parts.clearcoat)
+            sum + Color::grey(parts.clearcoat + parts.coat)
         } else {
             sum
         }
@@ -132,11 +135,23 @@ impl<S: Width> PrincipledFront<S> {
         } else {
             cos.same(0.0)
         };
-        FrontParts {
-            interface: self.reflectance(r, s) * (facets.visible_density(wi, half) * seen),
+        let facing = facets.visible_density(wi, half) * seen;
+        let mut parts = FrontParts {
+            interface: self.reflectance(r, s) * facing,
             diffuse: self.diffuse::<EXTRAS>(wi, wo, cos, r) * wi.z,
             clearcoat,
+            coat: cos.same(0.0),
+        };
+        if EXTRAS {
+            parts.interface += self.layers.tinted(r) * facing;
+            if self.layers.has_coat().any() {
+                let passing = self.layers.passing(wi.z) * self.layers.passing(wo.z);
+                parts.interface = parts.interface * passing;
+                parts.diffuse = parts.diffuse * passing;
+                parts.coat = self.layers.coat_lobe(wi, wo, half, cos);
+            }
         }
+        parts
     }
 
     /// The clear coat, without the cosine of `wi`.
@@ -175,7 +190,7 @@ impl<S: Width> PrincipledFront<S> {
         let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
         let flat = 1.25 * (fss * ((wi.z + wo.z).recip() - 0.5) + 0.5);
         let shape = full + (flat - full) * self.flatness;
-        let shape = shape + (1.0 - r - shape) * self.layered;
+        let shape = shape + (1.0 - r - shape) * self.layers.present;
         self.base * shape + self.sheen * schlick_weight(cos_d)
     }
 }
@@ -190,10 +205,10 @@ lanewise!(PrincipledFront {
     sheen,
     roughness,
     flatness,
-    layered,
     clearcoat,
     clearcoat_excess,
     clearcoat_norm,
+    layers,
 });
 
 impl<S: Width> PrincipledFront<S> {
@@ -207,6 +222,7 @@ impl<S: Width> PrincipledFront<S> {
             base: self.base * weight,
             sheen: self.sheen * weight,
             clearcoat: self.clearcoat * weight,
+            layers: self.layers.weighted(weight),
             ..self
         }
     }
@@ -287,7 +303,8 @@ impl PrincipledFront<One> {
         // All reflectances increase with the angle.
         let (r, s) = self.fresnel_terms(cos_d.into());
         let plain = self.plain * r + self.schlick * s;
-        let reflectance = self.schlick_r0.max_channel().get() + plain.get();
+        let tinted = self.layers.tinted_bound();
+        let reflectance = self.schlick_r0.max_channel().get() + plain.get() + tinted;
         let interface = facets.projected_bound(halves.highest, incident) * seen;
         let projection = incident.projection(highest);
 
@@ -303,13 +320,15 @@ impl PrincipledFront<One> {
         };
         let flatness = self.flatness.get();
         let base = full * (1.0 - flatness) + flat * flatness;
-        let base = base + (projection - base) * self.layered.get();
+        let base = base + (projection - base) * self.layers.present.get();
         let sheen = self.sheen.max_channel().get() * weight(cos_d);
         let highest_m = halves.highest.max(0.0).into();
         let clearcoat = self.clearcoat(s, highest_m, highest.into(), wo.z.into());
         let rest = self.base.max_channel().get() * base + (sheen + clearcoat.get()) * projection;
         if highest > 0.0 {
-            reflectance * interface + rest
+            let passing = self.layers.passing_bound(highest, wo);
+            let coat = (self.layers).coat_bound(incident, wo, halves.highest, cos_d);
+            (reflectance * interface + rest) * passing + coat
         } else {
             0.0
         }

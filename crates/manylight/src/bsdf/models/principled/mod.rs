@@ -5,12 +5,15 @@
 //! 3's.
 
 mod front;
+mod layers;
 mod sampling;
 mod terms;
 mod thin;
 
 use front::PrincipledFront;
 pub(in crate::bsdf) use front::PrincipledToWo;
+pub(in crate::bsdf) use layers::LayerParameters;
+use layers::Layers;
 pub(in crate::bsdf) use thin::{PrincipledThin, PrincipledThinParameters};
 
 use super::dielectric::{HalfVector, interface_bounds};
@@ -49,7 +52,7 @@ pub(in crate::bsdf) struct PrincipledParameters<S: Width> {
     pub flatness: Float<S>,
     pub clearcoat: Float<S>,
     pub clearcoat_gloss: Float<S>,
-    pub layered: bool,
+    pub layers: Option<LayerParameters<S>>,
     pub diffuse_rate: f32,
     pub specular_rate: f32,
     pub clearcoat_rate: f32,
@@ -78,7 +81,11 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     clearcoat_alpha: Float<S>,
     /// Normalization of the clear coat's distribution; see [`terms::gtr1`].
     clearcoat_norm: Float<S>,
+    /// Whether the layers are those of glTF 2.0. Then `clearcoat` and `clearcoat_alpha` are those
+    /// of their coat.
     layered: bool,
+    /// [`LayerParameters::added`].
+    tint: Color<S>,
     diffuse_rate: f32,
     specular_rate: f32,
     clearcoat_rate: f32,
@@ -117,9 +124,21 @@ fn least_glossy<S: Width, const N: usize>(alphas: [Float<S>; N]) -> Float<S> {
 impl<S: Width> Principled<S> {
     #[inline(always)]
     pub(in crate::bsdf) fn new(p: PrincipledParameters<S>) -> Self {
+        let zero = p.clearcoat.same(0.0);
         let [dull, glossy] = CLEARCOAT_ALPHA;
-        let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
+        let (tint, clearcoat, clearcoat_alpha) = match &p.layers {
+            Some(layers) => (layers.added(p.eta), layers.coat, layers.coat_alpha()),
+            None => {
+                let alpha = dull + (glossy - dull) * p.clearcoat_gloss;
+                (Color::grey(zero), p.clearcoat, alpha)
+            }
+        };
         let a2 = clearcoat_alpha * clearcoat_alpha;
+        let layered = p.layers.is_some();
+        let clearcoat_norm = match layered {
+            true => zero,
+            false => (a2 - 1.0) / (PI * a2.ln()),
+        };
         Principled {
             base_color: p.base_color,
             facets: disney_facets(p.roughness, p.anisotropic),
@@ -132,10 +151,11 @@ impl<S: Width> Principled<S> {
             sheen: p.sheen * (1.0 - p.metallic),
             sheen_tint: p.sheen_tint,
             flatness: p.flatness,
-            clearcoat: p.clearcoat,
+            clearcoat,
             clearcoat_alpha,
-            clearcoat_norm: (a2 - 1.0) / (PI * a2.ln()),
-            layered: p.layered,
+            clearcoat_norm,
+            layered,
+            tint,
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
@@ -172,6 +192,11 @@ impl<S: Width> Principled<S> {
                 &ByClass::of_microfacets(self.clearcoat_class(), lobes, clearcoat),
                 one,
             );
+            let coat = Color::grey(parts.coat);
+            values.add(
+                &ByClass::of_microfacets(self.clearcoat_class(), lobes, coat),
+                one,
+            );
         }
         values
     }
@@ -187,20 +212,27 @@ impl<S: Width> Principled<S> {
         let tint = luminance_tint(self.base_color);
         let schlick_r0 = self.base_color * self.metallic + tint * (r0 * tinted);
         let sheen = tint.map(|v| (1.0 - self.sheen_tint) + v * self.sheen_tint);
+        let plain = (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface;
         PrincipledFront {
             eta: interface.same(self.eta),
             inv_eta: interface.same(self.eta.recip()),
-            plain: (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface,
+            plain,
             schlick: (self.metallic + tinted) * interface,
             schlick_r0: schlick_r0 * interface,
-            base: self.base_color * (self.brdf * FRAC_1_PI * diffuse),
+            base: self.base_color
+                * (self.brdf * FRAC_1_PI * diffuse * (1.0 - self.tint.max_channel())),
             sheen: sheen * (self.sheen * diffuse),
             roughness: self.roughness,
             flatness: self.flatness,
-            layered: interface.same(if self.layered { 1.0 } else { 0.0 }),
-            clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class())),
+            clearcoat: match self.layered {
+                true => interface.same(0.0),
+                false => {
+                    self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class()))
+                }
+            },
             clearcoat_excess: self.clearcoat_excess(),
             clearcoat_norm: self.clearcoat_norm,
+            layers: self.layers().requested(plain, lobes),
         }
     }
 
@@ -213,6 +245,15 @@ impl<S: Width> Principled<S> {
         weight: Float<S>,
     ) -> PrincipledToWo<S> {
         self.front(lobes).with_wo(self.facets, wo, weight)
+    }
+
+    /// The layers of glTF 2.0, if there are any.
+    #[inline(always)]
+    fn layers(&self) -> Layers<S> {
+        match self.layered {
+            true => Layers::new(self.tint, self.clearcoat, self.clearcoat_alpha),
+            false => Layers::none(self.clearcoat.width()),
+        }
     }
 
     /// See [`terms::gtr1`].

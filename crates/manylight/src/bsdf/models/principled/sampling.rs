@@ -42,10 +42,17 @@ impl<S: Width> Principled<S> {
             front.interface_reflectance(cos, MIN_SCHLICK).max_channel() + self.transmitted(cos);
         let of_specular = lobes.has(self.specular_class());
         let of_clearcoat = lobes.has(self.clearcoat_class());
+        let (mut diffuse, mut specular) = (diffuse, specular);
+        let mut coat = front.clearcoat_reflectance(cos);
+        if self.layered {
+            let layers = self.layers();
+            let passing = layers.passing(cos);
+            (diffuse, specular) = (diffuse * passing, specular * passing);
+            coat = layers.coat_reflectance(cos);
+        }
         let mut chosen = Strategies {
             diffuse: lobes.glossy.select(diffuse * self.diffuse_rate, 0.0),
-            clearcoat: of_clearcoat
-                .select(front.clearcoat_reflectance(cos) * self.clearcoat_rate, 0.0),
+            clearcoat: of_clearcoat.select(coat * self.clearcoat_rate, 0.0),
             specular: of_specular.select(specular * self.specular_rate, 0.0),
         };
         // Without a positive probability by these rates, lobes of the requested classes must be
@@ -113,7 +120,10 @@ impl<S: Width> Principled<S> {
         pdf += on_front.select(diffuse, 0.0);
         let coated = on_front & strategies.clearcoat.gt(0.0);
         if coated.any() {
-            let density = self.clearcoat_density(m.z) * m.z / (4.0 * other.dot(m));
+            let density = match self.layered {
+                true => half.pdf(self.layers().coat_facets(), given, other),
+                false => self.clearcoat_density(m.z) * m.z / (4.0 * other.dot(m)),
+            };
             pdf += coated.select(strategies.clearcoat * density, 0.0);
         }
         total.gt(0.0).select(pdf / total, 0.0)
@@ -133,7 +143,14 @@ impl<S: Width> Principled<S> {
         let of_interface = !(of_base | of_clearcoat) & strategies.specular.gt(0.0);
         let mut sample = ModelSample::finite(cosine_hemisphere(u.direction), of_base);
         if of_clearcoat.any() {
-            let w = reflect(given, self.sample_clearcoat(u.direction));
+            let m = match self.layered {
+                true => {
+                    let above = given * given.z.sign();
+                    self.layers().coat_facets().sample(above, u.direction)
+                }
+                false => self.sample_clearcoat(u.direction),
+            };
+            let w = reflect(given, m);
             let coat = ModelSample::finite(w, w.z.gt(0.0));
             sample = ModelSample::select(of_clearcoat, &coat, &sample);
         }

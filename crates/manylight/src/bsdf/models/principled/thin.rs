@@ -5,6 +5,7 @@
 //! 2015, section 5.3. Where it leaves a choice, it is Mitsuba 3's, except that Mitsuba 3.9.1 drops
 //! light transmitted to directions above the facet that transmits it, which is not reciprocal.
 
+use super::layers::Layers;
 use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
 use super::{PrincipledFront, disney_facets, least_glossy, luminance_tint};
 use crate::bsdf::incident_cone::IncidentCone;
@@ -110,10 +111,10 @@ impl<S: Width> PrincipledThin<S> {
             sheen: sheen * (p.sheen * diffuse),
             roughness: p.roughness,
             flatness: p.flatness,
-            layered: zero,
             clearcoat: zero,
             clearcoat_excess: zero,
             clearcoat_norm: zero,
+            layers: Layers::none(zero.width()),
         }
     }
 
