@@ -24,10 +24,11 @@ pub struct TileSamples<'f> {
 /// order, those of one pixel adjacent in the order of `layers`.
 pub fn shaded_pixels(
     size: UVec2,
+    tiling: Tiling,
     layers: &[Layer],
     shade: impl Fn(&mut TileSamples) + Sync,
 ) -> Vec<Rgb> {
-    let tiles: Vec<Tile> = TileGrid::new(size, Tiling::UNSHIFTED).tiles().collect();
+    let tiles: Vec<Tile> = TileGrid::new(size, tiling).tiles().collect();
     let shaded = |&tile: &Tile| {
         let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
         shade(&mut TileSamples {

@@ -13,6 +13,7 @@
 
 use super::gather_point::DIRECTIONS;
 use super::schedule::PassGroup;
+use super::shade::tiling;
 use super::{Effort, ManyLight, PreparedPasses};
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, shaded_pixels};
@@ -237,9 +238,14 @@ fn term_variances<const N: usize>(
         let mut prepared = method.prepare(scene, limits, &group, &run);
         variants.each_ref().map(|variant| {
             variant(&mut prepared);
-            shaded_pixels(pixels.size(), &LAYERS, |samples| {
-                prepared.shade_tile(&run, &pixels, samples);
-            })
+            shaded_pixels(
+                pixels.size(),
+                tiling(method, run.pass),
+                &LAYERS,
+                |samples| {
+                    prepared.shade_tile(&run, &pixels, samples);
+                },
+            )
         })
     });
     std::array::from_fn(|k| variances(&a[k], &b[k]))
