@@ -200,7 +200,7 @@ impl ManyLight {
     /// # Errors
     /// The first contradiction.
     pub fn check(&self) -> Result<(), Contradiction> {
-        let is_sphere = self.kernel == Kernel::Sphere;
+        let is_sphere = self.kernel.is_sphere();
         let is_cut = self.strategy != Strategy::All;
         let is_bidirectional = matches!(self.strategy, Strategy::Bidirectional(_));
         let contradictions = [
