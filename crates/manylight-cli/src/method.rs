@@ -6,8 +6,7 @@ use crate::light_options::{LightArgs, LightOption, MANY_LIGHT, PHOTON_MAP};
 use crate::preset::{self, Preset};
 use manylight::integrators::MethodKind;
 use manylight::integrators::many_light::{
-    ClampRule, Compensation, Contradiction, Effort, Kernel, ManyLight, PHOTON_PATHS_PER_LIGHT,
-    Strategy,
+    ClampRule, Compensation, Contradiction, Effort, ManyLight, PHOTON_PATHS_PER_LIGHT, Strategy,
 };
 
 /// The method of `preset` with the settings of `options`.
@@ -85,7 +84,7 @@ fn follow(method: &mut ManyLight, given: &LightArgs) {
         method.interleaving = 1;
     }
     // A sphere has no singularity.
-    if method.kernel == Kernel::Sphere {
+    if method.kernel.is_sphere() {
         if is_open("clamp") {
             method.clamp = ClampRule::None;
         }
@@ -135,8 +134,11 @@ fn contradiction(found: Contradiction) -> Failure {
 mod tests {
     use super::*;
     use crate::args::{Cli, Command};
+    use crate::names::{EmissionName, words};
     use clap::Parser;
-    use manylight::integrators::many_light::{EmissionKind, GlossyForm, Placement, TableStorage};
+    use manylight::integrators::many_light::{
+        EmissionKind, FluxRule, GlossyForm, Kernel, Placement, TableStorage,
+    };
 
     fn method(words: &str) -> Result<MethodKind, Failure> {
         let all = ["manylight", "render"]
@@ -200,10 +202,10 @@ mod tests {
     #[test]
     fn every_setting_combines_with_every_other() {
         let mut legal = 0;
-        for placement in ["uniform", "importance", "relaxed"] {
-            for flux in ["density", "partition"] {
-                for emission in ["single", "table", "vmf"] {
-                    for kernel in ["point", "sphere", "disc"] {
+        for placement in words::<Placement>() {
+            for flux in words::<FluxRule>() {
+                for emission in words::<EmissionName>() {
+                    for kernel in words::<Kernel>() {
                         let words = format!(
                             "s.xml --placement {placement} --flux {flux} --emission {emission} --kernel {kernel}"
                         );
@@ -214,7 +216,9 @@ mod tests {
                 }
             }
         }
-        assert_eq!(legal, 45);
+        let rules = words::<Placement>().len() * words::<FluxRule>().len() - 1;
+        let lights = words::<EmissionName>().len() * words::<Kernel>().len();
+        assert_eq!(legal, rules * lights);
     }
 
     #[test]

@@ -12,10 +12,11 @@ use std::path::{Path, PathBuf};
 pub enum Format {
     /// `scene.xml` for Mitsuba 3, with `meshes/NAME.ply` and `textures/NAME.png`.
     Mitsuba,
-    /// `scene.pbrt` for PBRT v4, with the same meshes and textures, and `textures/NAME_coated_ALPHA_IOR.png`.
+    /// `scene.pbrt` for PBRT v4, with the same meshes and textures, and
+    /// `textures/NAME_coated_ALPHA_IOR.png`.
     Pbrt,
-    /// `scene.gltf` with `scene.bin` and `textures/NAME.png`. It shares no meshes with the others: PLY files have no
-    /// arrays of indices.
+    /// `scene.gltf` with `scene.bin` and `textures/NAME.png`. It shares no meshes with the others:
+    /// PLY files have no arrays of indices.
     Gltf,
 }
 
@@ -37,7 +38,8 @@ impl Format {
 /// Path relative to the scene's folder, and bytes.
 type NamedFile = (PathBuf, Vec<u8>);
 
-/// All files of a scene in these formats, as (path relative to the scene's folder, bytes). The scene files are first.
+/// All files of a scene in these formats, as (path relative to the scene's folder, bytes). The
+/// scene files are first.
 ///
 /// # Errors
 /// Returns an error if a texture cannot be compressed.
@@ -84,7 +86,8 @@ pub fn of(scene: &Scene, formats: &[Format]) -> io::Result<Vec<NamedFile>> {
 
 /// Writes the files of a scene into `folder`, which is created if it does not exist.
 ///
-/// Each file is written under a temporary name and then renamed, so no incomplete file has its final name.
+/// Each file is written under a temporary name and then renamed, so no incomplete file has its
+/// final name.
 ///
 /// # Errors
 /// Returns the first error of the file system. Files written before it stay.

@@ -1,9 +1,11 @@
-//! Dielectric coats over diffuse bases, for formats whose coats differ from Mitsuba's `roughplastic`.
+//! Dielectric coats over diffuse bases, for formats whose coats differ from Mitsuba's
+//! `roughplastic`.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Reflectance of a dielectric of relative index `eta` at the cosine `cos` to the normal, for unpolarized light.
+/// Reflectance of a dielectric of relative index `eta` at the cosine `cos` to the normal, for
+/// unpolarized light.
 pub fn reflectance(cos: f64, eta: f64) -> f64 {
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
@@ -15,11 +17,12 @@ pub fn reflectance(cos: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Steps of the quadratures in one dimension. The results change by less than 10⁻³ with twice as many.
+/// Steps of the quadratures in one dimension. The results change by less than 10⁻³ with twice as
+/// many.
 const STEPS: usize = 48;
 
-/// Entries of Mitsuba's table over the cosine, the mean of which it takes as the reflectance for diffuse light. It is smaller
-/// than the integral by 1/64.
+/// Entries of Mitsuba's table over the cosine, the mean of which it takes as the reflectance for
+/// diffuse light. It is smaller than the integral by 1/64.
 const COSINES: usize = 64;
 
 /// Midpoints of `count` equal parts of (0, 1).
@@ -59,21 +62,23 @@ impl Coat {
         }
     }
 
-    /// The reflectance of a base in PBRT that gives the light of `reflectance` in Mitsuba. In PBRT, light that the coat reflects
-    /// back to the base is colored at each reflection; in Mitsuba, with `nonlinear = false`, it is not.
+    /// The reflectance of a base in PBRT that gives the light of `reflectance` in Mitsuba. In PBRT,
+    /// light that the coat reflects back to the base is colored at each reflection; in Mitsuba,
+    /// with `nonlinear = false`, it is not.
     pub fn pbrt_base(&self, reflectance: f64) -> f64 {
         reflectance / (1.0 - self.inside + reflectance * self.inside)
     }
 
-    /// The factor of the base color with which a glTF dielectric has the diffuse albedo of a coated base in Mitsuba.
+    /// The factor of the base color with which a glTF dielectric has the diffuse albedo of a coated
+    /// base in Mitsuba.
     pub fn gltf_factor(&self) -> f64 {
         let coated = self.entrance.powi(2) / (self.ior.powi(2) * (1.0 - self.inside));
         coated / (1.0 - half_vector_reflectance(self.ior))
     }
 }
 
-/// The mean of `event` over the facets that are visible at the cosine `cos`, by Heitz, "Sampling the GGX Distribution of Visible
-/// Normals", JCGT 2018.
+/// The mean of `event` over the facets that are visible at the cosine `cos`, by Heitz, "Sampling
+/// the GGX Distribution of Visible Normals", JCGT 2018.
 fn facet_mean(alpha: f64, cos: f64, event: impl Fn(DVec3, DVec3) -> f64) -> f64 {
     let w = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     let stretched = DVec3::new(alpha * w.x, 0.0, w.z).normalize();
@@ -121,8 +126,8 @@ fn transmitted(alpha: f64, eta: f64, w: DVec3, m: DVec3) -> f64 {
     (1.0 - reflectance(cos, eta)) * masking(alpha, -out.z)
 }
 
-/// The mean of F at the half vector of two directions, both weighted by their cosines: the part of diffuse light that a
-/// glTF dielectric keeps from its base.
+/// The mean of F at the half vector of two directions, both weighted by their cosines: the part of
+/// diffuse light that a glTF dielectric keeps from its base.
 fn half_vector_reflectance(eta: f64) -> f64 {
     let mut sum = 0.0;
     // Cosine-weighted directions have uniform squared cosines.
@@ -142,8 +147,8 @@ fn half_vector_reflectance(eta: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Roughness, index of refraction, and the reflectance from inside for diffuse light, from values of `roughplastic`
-    /// with and without `nonlinear` in Mitsuba 3.9.1.
+    /// Roughness, index of refraction, and the reflectance from inside for diffuse light, from
+    /// values of `roughplastic` with and without `nonlinear` in Mitsuba 3.9.1.
     const COATS: [(f64, f64, f64); 4] = [
         (0.05, 1.5, 0.5761),
         (0.2, 1.5, 0.4863),

@@ -1,11 +1,11 @@
 //! Generators of manylight's own scenes: a corridor, a kitchen, a garage and a disco.
 //!
-//! Each generator is a function from a level of [detail](scenes::Detail) to a [`scene::Scene`], which is plain data.
-//! [`files`] turns a scene into a folder: a Mitsuba 3 XML file and a PBRT v4 file, which share binary PLY meshes and PNG
-//! textures, or a glTF 2.0 file.
+//! Each generator is a function from a level of [detail](scenes::Detail) to a [`scene::Scene`],
+//! which is plain data. [`files`] turns a scene into a folder: a Mitsuba 3 XML file and a PBRT v4
+//! file, which share binary PLY meshes and PNG textures, or a glTF 2.0 file.
 //!
-//! * The same call gives the same bytes on every platform: generators draw from a fixed random sequence ([`pcg`]), and
-//!   all written numbers are rounded to a coarse step ([`rounding`]).
+//! * The same call gives the same bytes on every platform: generators draw from a fixed random
+//!   sequence ([`pcg`]), and all written numbers are rounded to a coarse step ([`rounding`]).
 //! * Units are meters and degrees; y points up; colors are linear RGB with sRGB primaries.
 //! * The crate does not depend on the renderer.
 //!

@@ -1,4 +1,5 @@
-//! Command line: `manylight-scenes SCENE -o FOLDER [--detail LEVEL] [--format FORMAT]` writes one generated scene.
+//! Command line: `manylight-scenes SCENE -o FOLDER [--detail LEVEL] [--format FORMAT]` writes one
+//! generated scene.
 
 use manylight_scenes::files::{self, Format};
 use manylight_scenes::scenes::{Detail, GENERATORS, SceneGenerator, generator_named};

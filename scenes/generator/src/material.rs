@@ -21,7 +21,8 @@ pub enum Metal {
 }
 
 impl Metal {
-    /// Real and imaginary part of the index of refraction, in linear RGB: Mitsuba's averages of measured spectra, and alloys.
+    /// Real and imaginary part of the index of refraction, in linear RGB: Mitsuba's averages of
+    /// measured spectra, and alloys.
     pub fn index_of_refraction(self) -> [LinearRgb; 2] {
         match self {
             Metal::Aluminium => [[1.6575, 0.880_41, 0.521_24], [9.223_81, 6.2695, 4.837]],
@@ -52,12 +53,14 @@ pub enum Reflectance {
     Texture(&'static str),
 }
 
-/// A scattering model. All materials are two-sided. Roughness `alpha` is that of a GGX microfacet distribution.
+/// A scattering model. All materials are two-sided. Roughness `alpha` is that of a GGX microfacet
+/// distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// Lambertian.
     Diffuse(Reflectance),
-    /// A diffuse base under a rough dielectric coat: paint, lacquer, glaze, polished stone, plastic.
+    /// A diffuse base under a rough dielectric coat: paint, lacquer, glaze, polished stone,
+    /// plastic.
     Coated {
         /// Reflectance of the base.
         base: Reflectance,

@@ -22,8 +22,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh with computed shading normals. The normal at a corner is the area-weighted mean over the faces around the
-    /// vertex that meet its face at less than `crease` degrees.
+    /// A mesh with computed shading normals. The normal at a corner is the area-weighted mean over
+    /// the faces around the vertex that meet its face at less than `crease` degrees.
     pub fn shaded(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>, crease: f64) -> Mesh {
         let bare = Mesh {
             positions,
@@ -33,7 +33,8 @@ impl Mesh {
         bare.welded().with_normals(crease)
     }
 
-    /// Appends the triangles of `other`. Texture coordinates are dropped unless both meshes have them.
+    /// Appends the triangles of `other`. Texture coordinates are dropped unless both meshes have
+    /// them.
     pub fn append(&mut self, other: &Mesh) {
         let offset = self.positions.len() as u32;
         if self.uvs.len() == self.positions.len() && other.uvs.len() == other.positions.len() {
@@ -61,7 +62,8 @@ impl Mesh {
         self.transformed(&pose.matrix())
     }
 
-    /// The mesh under an affine map. A reflection reverses the triangles, so that they still face outwards.
+    /// The mesh under an affine map. A reflection reverses the triangles, so that they still face
+    /// outwards.
     pub fn transformed(&self, map: &DAffine3) -> Mesh {
         let normal_map = map.matrix3.inverse().transpose();
         let mirrors = map.matrix3.determinant() < 0.0;
@@ -96,8 +98,9 @@ impl Mesh {
         self
     }
 
-    /// Box mapping: texture coordinates from the two axes across the dominant axis of each normal. `size` is the length
-    /// in meters of one repetition of the texture; v follows the longest side of the mesh where it can.
+    /// Box mapping: texture coordinates from the two axes across the dominant axis of each normal.
+    /// `size` is the length in meters of one repetition of the texture; v follows the longest side
+    /// of the mesh where it can.
     pub fn box_mapped(mut self, size: f64) -> Mesh {
         let (low, high) = self.bounds();
         let extent = high - low;
@@ -149,8 +152,8 @@ impl Mesh {
         sixfold / 6.0
     }
 
-    /// Whether each edge belongs to exactly two triangles with opposite directions. Vertices at equal positions count
-    /// as one.
+    /// Whether each edge belongs to exactly two triangles with opposite directions. Vertices at
+    /// equal positions count as one.
     pub fn is_closed(&self) -> bool {
         let welded = self.welded();
         let mut edges: Vec<(u32, u32)> = welded
@@ -182,7 +185,8 @@ impl Mesh {
         (b - a).cross(c - a)
     }
 
-    /// The mesh without normals, with vertices at equal positions merged and degenerate triangles removed.
+    /// The mesh without normals, with vertices at equal positions merged and degenerate triangles
+    /// removed.
     fn welded(&self) -> Mesh {
         let key = |p: DVec3| (p * WELD_STEPS).round().as_i64vec3().to_array();
         let mut order: Vec<u32> = (0..self.positions.len() as u32).collect();

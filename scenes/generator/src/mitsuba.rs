@@ -116,7 +116,8 @@ fn push_camera(xml: &mut Xml, camera: &Camera) {
 }
 
 fn push_material(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], material: &Material) {
-    // The plugins reflect on one side only. Glass has two sides by itself, and `twosided` rejects it.
+    // The plugins reflect on one side only. Glass has two sides by itself, and `twosided` rejects
+    // it.
     let one_sided = !matches!(material, Material::Glass { .. });
     if one_sided {
         xml.open("bsdf", &[&[("type", "twosided")], attributes].concat());

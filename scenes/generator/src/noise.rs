@@ -2,7 +2,8 @@
 
 /// Value noise in [0, 1): hashed values on a lattice, interpolated with a cubic.
 ///
-/// `period` is the number of lattice cells in one unit of `u` and of `v`; the noise repeats with period 1 in both.
+/// `period` is the number of lattice cells in one unit of `u` and of `v`; the noise repeats with
+/// period 1 in both.
 pub fn noise(u: f64, v: f64, period: [u32; 2], seed: u32) -> f64 {
     let (x, y) = (u * f64::from(period[0]), v * f64::from(period[1]));
     let (column, row) = (x.floor(), y.floor());
@@ -18,7 +19,8 @@ pub fn noise(u: f64, v: f64, period: [u32; 2], seed: u32) -> f64 {
     lower + (upper - lower) * t
 }
 
-/// Sum of octaves of [`noise`] in [0, 1). Each octave has twice the frequency and half the amplitude of the one before.
+/// Sum of octaves of [`noise`] in [0, 1). Each octave has twice the frequency and half the
+/// amplitude of the one before.
 pub fn fractal_noise(u: f64, v: f64, period: [u32; 2], octaves: u32, seed: u32) -> f64 {
     let mut sum = 0.0;
     let mut total = 0.0;
@@ -31,8 +33,9 @@ pub fn fractal_noise(u: f64, v: f64, period: [u32; 2], octaves: u32, seed: u32) 
     sum / total
 }
 
-/// The value in [0, 1) of a lattice point. The coordinates are combined with three primes of xxHash; the finalizer is
-/// the two-round hash `[15 2c1b3c6d 12 297a2d39 15]` of Wellons, "Hash Function Prospector".
+/// The value in [0, 1) of a lattice point. The coordinates are combined with three primes of
+/// xxHash; the finalizer is the two-round hash `[15 2c1b3c6d 12 297a2d39 15]` of Wellons, "Hash
+/// Function Prospector".
 fn lattice(i: u32, j: u32, seed: u32) -> f64 {
     let mut h =
         i.wrapping_mul(0x9E37_79B1) ^ j.wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D);

@@ -1,7 +1,8 @@
 //! PBRT v4 scene files, which refer to the meshes and textures of the Mitsuba files.
 //!
-//! Two things are written differently so that pictures agree: the base of a coat ([`Coat::pbrt_base`]), and the cone of a spot
-//! ([`SpotLight::smooth_cutoff`]). Tinted metals cannot be said: they become conductors of the same reflectance at normal incidence.
+//! Two things are written differently so that pictures agree: the base of a coat
+//! ([`Coat::pbrt_base`]), and the cone of a spot ([`SpotLight::smooth_cutoff`]). Tinted metals
+//! cannot be said: they become conductors of the same reflectance at normal incidence.
 
 use crate::fresnel::Coat;
 use crate::head;
@@ -98,7 +99,8 @@ fn coated_name(texture: &str, alpha: f64, ior: f64) -> String {
 
 fn push_camera(text: &mut String, camera: &Camera) {
     let [width, height] = camera.size;
-    // PBRT measures the field of view along the shorter edge, and its images are mirrored in a right-handed world.
+    // PBRT measures the field of view along the shorter edge, and its images are mirrored in a
+    // right-handed world.
     let aspect = f64::from(width.min(height)) / f64::from(width);
     let fov = 2.0 * ((camera.fov_x.to_radians() / 2.0).tan() * aspect).atan();
     *text += &format!(

@@ -1,7 +1,7 @@
 //! A random number generator with the same sequence on every platform.
 
-/// PCG-XSH-RR with 64 bits of state and 32 bits of output. Source: O'Neill, "PCG: A Family of Simple Fast
-/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014.
+/// PCG-XSH-RR with 64 bits of state and 32 bits of output. Source: O'Neill, "PCG: A Family of
+/// Simple Fast Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014.
 #[derive(Clone, Debug)]
 pub struct Pcg32 {
     state: u64,

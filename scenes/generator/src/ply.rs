@@ -11,8 +11,8 @@ const NORMAL_STEPS: f64 = 1e4;
 /// Steps in 1 to which texture coordinates are rounded.
 const UV_STEPS: f64 = 1e4;
 
-/// The bytes of a little-endian PLY file. Normals are omitted if the mesh is flat-shaded; indices have 16 bits if the
-/// number of vertices allows it.
+/// The bytes of a little-endian PLY file. Normals are omitted if the mesh is flat-shaded; indices
+/// have 16 bits if the number of vertices allows it.
 pub fn encode(mesh: &Mesh) -> Vec<u8> {
     let normals: &[DVec3] = if mesh.is_flat() { &[] } else { &mesh.normals };
     let mut names = vec!["x", "y", "z"];

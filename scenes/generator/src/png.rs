@@ -27,8 +27,8 @@ pub struct PngImage {
 }
 
 impl PngImage {
-    /// An image with one channel. `weight` is evaluated at pixel centers; u points right and v down, both from 0 to 1.
-    /// Values are clamped to [0, 1].
+    /// An image with one channel. `weight` is evaluated at pixel centers; u points right and v
+    /// down, both from 0 to 1. Values are clamped to [0, 1].
     pub fn from_weights(size: [u32; 2], weight: impl Fn(f64, f64) -> f64) -> PngImage {
         let samples = pixel_centers(size)
             .map(|(u, v)| byte(weight(u, v)))
@@ -64,7 +64,8 @@ impl PngImage {
         }
     }
 
-    /// The value of the pixel that contains (u, v), repeated outside of [0, 1]: linear RGB, or three equal weights.
+    /// The value of the pixel that contains (u, v), repeated outside of [0, 1]: linear RGB, or
+    /// three equal weights.
     pub fn value(&self, u: f64, v: f64) -> [f64; 3] {
         let [width, height] = self.size.map(|n| n as usize);
         let cell = |x: f64, n: usize| ((x - x.floor()) * n as f64).min(n as f64 - 1.0) as usize;
@@ -144,7 +145,8 @@ fn pixel_centers([width, height]: [u32; 2]) -> impl Iterator<Item = (f64, f64)> 
 
 /// `x` in [0, 1] as the nearest of 256 levels.
 fn byte(x: f64) -> u8 {
-    // Just over one half, so that an exact tie rounds up even if the last bit of x differs between platforms.
+    // Just over one half, so that an exact tie rounds up even if the last bit of x differs between
+    // platforms.
     (x.clamp(0.0, 1.0) * 255.0 + 0.500_001).floor().min(255.0) as u8
 }
 

@@ -1,10 +1,10 @@
 //! Rounding of written numbers, so that the files are the same bytes on every platform.
 //!
-//! Sine, cosine and power functions may differ in the last bit between platforms. Rounding to a much coarser step
-//! removes the difference.
+//! Sine, cosine and power functions may differ in the last bit between platforms. Rounding to a
+//! much coarser step removes the difference.
 
-/// Shift of the rounding threshold, as a fraction of a step. Values in a model are often exact multiples of half a
-/// step; the shift makes such a tie round up even if its last bit differs.
+/// Shift of the rounding threshold, as a fraction of a step. Values in a model are often exact
+/// multiples of half a step; the shift makes such a tie round up even if its last bit differs.
 const TIE_SHIFT: f64 = 3.1e-6;
 
 /// `x` rounded to the nearest multiple of `1 / steps`. The result is never negative zero.

@@ -99,8 +99,9 @@ pub struct SpotLight {
 }
 
 impl SpotLight {
-    /// The cutoff in degrees with which a falloff that is point-symmetric in the cosine, as in PBRT and Blender, gives the
-    /// power of Mitsuba's falloff, which is linear in the angle. The beam stays the same.
+    /// The cutoff in degrees with which a falloff that is point-symmetric in the cosine, as in PBRT
+    /// and Blender, gives the power of Mitsuba's falloff, which is linear in the angle. The beam
+    /// stays the same.
     pub fn smooth_cutoff(&self) -> f64 {
         let (beam, cutoff) = (self.beam.to_radians(), self.cutoff.to_radians());
         if cutoff - beam < 1e-6 {
@@ -222,7 +223,8 @@ impl Scene {
     }
 }
 
-/// Parts of an object, merged into one mesh for each material so that the object becomes few shapes.
+/// Parts of an object, merged into one mesh for each material so that the object becomes few
+/// shapes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Assembly {
     parts: Vec<(MaterialId, Mesh)>,

@@ -68,7 +68,8 @@ fn gltf_checksum(scene: &Scene) -> (usize, u32) {
 
 #[test]
 fn gltf_files_are_the_same_on_every_platform() {
-    // The files are not in the repository, because glTF cannot share the meshes of the other formats.
+    // The files are not in the repository, because glTF cannot share the meshes of the other
+    // formats.
     let expected = GLTF_CHECKSUMS;
     let found: Vec<_> = scenes()
         .map(|(name, scene)| (name, gltf_checksum(&scene)))

@@ -118,7 +118,14 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             )),
             Material::Principled(p) => Model::Principled(self.principled(p)),
             Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),
-            _ => unreachable!("invariant: wrappers are flattened first"),
+            Material::Blend { .. }
+            | Material::Mask { .. }
+            | Material::Null
+            | Material::TwoSided { .. }
+            | Material::BumpMap { .. }
+            | Material::NormalMap { .. } => {
+                unreachable!("invariant: wrappers are flattened first")
+            }
         }
     }
 

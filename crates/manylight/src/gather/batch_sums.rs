@@ -9,7 +9,7 @@ use super::roulette::Roulette;
 use super::shadow_block::ShadowBlock;
 use super::sphere::sphere_radius;
 use super::sphere_samples::{LightLobe, SphereSamples};
-use super::{Gather, Gathered, Kernel, LightIndex};
+use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector};
@@ -86,7 +86,10 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             blocks: [ShadowBlock::new(0), ShadowBlock::new(1)],
             samples: std::array::from_fn(|b| {
                 let batch = batches.get(b)?;
-                (gather.kernel == Kernel::Sphere).then(|| SphereSamples::of(s, batch))
+                gather
+                    .kernel
+                    .is_sphere()
+                    .then(|| SphereSamples::of(s, batch))
             }),
             clamped: [[0.0; LANES]; BATCHES],
             unclamped: [[0.0; LANES]; BATCHES],
@@ -109,7 +112,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         let set = &self.lights.set;
         let light = &set.lights()[id.index()];
         let cylinder = &self.lights.cylinders[id.index()];
-        let is_sphere = self.gather.kernel == Kernel::Sphere;
+        let is_sphere = self.gather.kernel.is_sphere();
         let radius = sphere_radius(light, self.gather.area_factor(self.batches[0].lights));
         let mut by_count = [1, 4, POINTS].map(|count| (count, [0; BATCHES]));
         for (b, batch) in self.batches.iter().enumerate() {

@@ -80,9 +80,9 @@ impl Gather {
 
     /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum
     /// over the points, weighted by the throughput given with each. A sum at a single point has the
-    /// right expected value, and more noise. The error of a pair of clusters may be `tolerance` (luminance, in
-    /// W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the
-    /// size and the cost of the cut.
+    /// right expected value, and more noise. The error of a pair of clusters may be `tolerance`
+    /// (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned
+    /// sums holds the size and the cost of the cut.
     pub fn sum_of_pixel(
         &self,
         scene: &Scene,

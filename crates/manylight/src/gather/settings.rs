@@ -16,6 +16,28 @@ pub enum Kernel {
     Sphere,
 }
 
+impl Kernel {
+    /// Whether a light is a sphere: directions are sampled instead of points, and nothing is
+    /// clamped.
+    #[inline(always)]
+    pub fn is_sphere(self) -> bool {
+        match self {
+            Kernel::Sphere => true,
+            Kernel::Point | Kernel::Disc => false,
+        }
+    }
+
+    /// Whether a light is evaluated at the positions of several photons, so that it needs them even
+    /// where its emission is that of one photon.
+    #[inline(always)]
+    pub fn needs_extent(self) -> bool {
+        match self {
+            Kernel::Disc => true,
+            Kernel::Point | Kernel::Sphere => false,
+        }
+    }
+}
+
 /// The choice of lights that are evaluated at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strategy {

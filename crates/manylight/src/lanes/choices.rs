@@ -1,4 +1,5 @@
-//! Choices by uniform numbers, and the weights that combine them, in lanes: [`crate::sampling`] for [`Float`].
+//! Choices by uniform numbers, and the weights that combine them, in lanes: [`crate::sampling`] for
+//! [`Float`].
 
 use super::numbers::{Float, Mask, Operand, Word};
 use super::vector::{Pair, Vector};
@@ -16,7 +17,8 @@ pub(crate) fn split<S: Width>(u: Float<S>, p: impl Operand<S>) -> (Mask<S>, Floa
     (is_below, (part / whole).clamp(0.0, LARGEST))
 }
 
-/// A number in [0, 1] with density proportional to the line from `a` at 0 to `b` at 1; `u` itself if both are 0.
+/// A number in [0, 1] with density proportional to the line from `a` at 0 to `b` at 1; `u` itself
+/// if both are 0.
 #[inline(always)]
 pub(crate) fn sample_linear<S: Width>(u: Float<S>, a: Float<S>, b: Float<S>) -> Float<S> {
     let is_constant = (a + b).le(0.0);
@@ -53,8 +55,9 @@ pub(crate) fn sphere<S: Width>(u: Pair<S>) -> Vector<S> {
     Vector::new(r * cos, r * sin, z)
 }
 
-/// Weight of the power heuristic with exponent 2 for one sample of each of two techniques: `a² / (a² + b²)` for the densities `a`, `b`; 0 for
-/// `a = 0`. The larger density is divided out first, so that squares do not overflow.
+/// Weight of the power heuristic with exponent 2 for one sample of each of two techniques:
+/// `a² / (a² + b²)` for the densities `a`, `b`; 0 for `a = 0`. The larger density is divided out
+/// first, so that squares do not overflow.
 ///
 /// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.
 #[inline(always)]

@@ -1,4 +1,5 @@
-//! Elementary functions and warps in lanes: [`crate::math`] and [`crate::sampling::warp`] for [`Float`].
+//! Elementary functions and warps in lanes: [`crate::math`] and [`crate::sampling::warp`] for
+//! [`Float`].
 
 use super::numbers::{Float, ROUNDING, Word};
 use super::vector::{Pair, Vector};
@@ -22,16 +23,18 @@ impl<S: Width> Float<S> {
         self.lt(-87.0).select(0.0, series * power)
     }
 
-    /// Natural logarithm of a normal positive number, with an absolute error below 1e-7 plus a relative error below 2e-7; a finite
-    /// number below -87 for 0.
+    /// Natural logarithm of a normal positive number, with an absolute error below 1e-7 plus a
+    /// relative error below 2e-7; a finite number below -87 for 0.
     ///
-    /// `ln x = n ln 2 + ln m` with m in [√½, √2), and `ln m = 2 artanh((m - 1) / (m + 1))` by its Taylor polynomial.
+    /// `ln x = n ln 2 + ln m` with m in [√½, √2), and `ln m = 2 artanh((m - 1) / (m + 1))` by its
+    /// Taylor polynomial.
     #[inline(always)]
     pub fn ln(self) -> Self {
         /// Bits of √½.
         const SQRT_HALF: u32 = 0x3f35_04f3;
         let bits = self.max(f32::MIN_POSITIVE).to_bits();
-        // The bits beyond those of √½: the exponent relative to that, which may be negative, above the mantissa.
+        // The bits beyond those of √½: the exponent relative to that, which may be negative, above
+        // the mantissa.
         let beyond = bits - SQRT_HALF + (128 << 23);
         let m = ((beyond & 0x007f_ffff) + SQRT_HALF).to_float();
         let n = ((beyond >> 23) + ROUNDING.to_bits()).to_float() - ROUNDING - 128.0;
@@ -41,8 +44,8 @@ impl<S: Width> Float<S> {
         n * LN_2 + (2.0 * t + t * t2 * series)
     }
 
-    /// `self` to the power `y`, for a positive normal base; 0 for 0 and a positive power. The relative error grows in proportion to
-    /// the logarithm of the result.
+    /// `self` to the power `y`, for a positive normal base; 0 for 0 and a positive power. The
+    /// relative error grows in proportion to the logarithm of the result.
     #[inline(always)]
     pub fn powf(self, y: Self) -> Self {
         self.le(0.0).select(0.0, (self.ln() * y).exp())
@@ -50,8 +53,8 @@ impl<S: Width> Float<S> {
 
     /// The angle in [0, π] of a cosine in [-1, 1], with an absolute error below 4e-7.
     ///
-    /// `acos x = √(1 - x) p(x)` on [0, 1]; the coefficients are Hastings' in Abramowitz and Stegun, "Handbook of Mathematical
-    /// Functions", 4.4.46.
+    /// `acos x = √(1 - x) p(x)` on [0, 1]; the coefficients are Hastings' in Abramowitz and Stegun,
+    /// "Handbook of Mathematical Functions", 4.4.46.
     #[inline(always)]
     pub fn acos(self) -> Self {
         const COEFFICIENTS: [f32; 8] = [
@@ -120,7 +123,8 @@ impl<S: Width> Float<S> {
         let quadrant = sum.to_bits() - ROUNDING.to_bits();
         let is_even = (quadrant & 1).equals(0);
         let (sin, cos) = (is_even.select(sin, cos), is_even.select(cos, sin));
-        // Bit 1 of the quadrant is the sign of the sine; bit 1 of the next quadrant that of the cosine.
+        // Bit 1 of the quadrant is the sign of the sine; bit 1 of the next quadrant that of the
+        // cosine.
         let turned =
             |v: Float<S>, quadrant: Word<S>| (v.to_bits() ^ ((quadrant & 2) << 30)).to_float();
         (turned(sin, quadrant), turned(cos, quadrant + 1))

@@ -12,8 +12,8 @@ pub struct Groups<S: Width> {
 }
 
 impl<S: Width> Word<S> {
-    /// The distinct words of the lanes `within`, each with the lanes there that hold it. For tables by index: a loop over the groups
-    /// reads each entry once, and the lanes of `within` select it.
+    /// The distinct words of the lanes `within`, each with the lanes there that hold it. For tables
+    /// by index: a loop over the groups reads each entry once, and the lanes of `within` select it.
     #[inline(always)]
     pub fn groups(self, within: Mask<S>) -> Groups<S> {
         Groups {

@@ -1,15 +1,17 @@
 //! Data-parallel code: one program for many values.
 //!
-//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]: [`One`], or sixteen in the
-//! vectors of an instruction set (eight, too, in the ray tree). Code over them is written once for all.
+//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]:
+//! [`One`], or sixteen in the vectors of an instruction set (eight, too, in the ray tree). Code
+//! over them is written once for all.
 //!
-//! Code that is not inlined gets vectors through memory and lacks the instructions, which costs a factor of ten. Functions over
-//! lanes are therefore `inline(always)`; large or recursive ones are declared by `outlined!`, and compiled once for each
-//! instruction set. Closures, iterators, and the functions of arrays such as `map` and `from_fn` are not always inlined: they
-//! fit for single lanes, not for vectors.
+//! Code that is not inlined gets vectors through memory and lacks the instructions, which costs a
+//! factor of ten. Functions over lanes are therefore `inline(always)`; large or recursive ones are
+//! declared by `outlined!`, and compiled once for each instruction set. Closures, iterators, and
+//! the functions of arrays such as `map` and `from_fn` are not always inlined: they fit for single
+//! lanes, not for vectors.
 //!
-//! Arrays of sixteen values are for loops over lanes, which the compiler turns into vector instructions. For this a loop must be
-//! free of calls, early exits and saturating conversions.
+//! Arrays of sixteen values are for loops over lanes, which the compiler turns into vector
+//! instructions. For this a loop must be free of calls, early exits and saturating conversions.
 
 mod choices;
 mod functions;

@@ -12,7 +12,8 @@ use std::ops::{
     SubAssign,
 };
 
-/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
+/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the
+/// sum then hold.
 pub(super) const ROUNDING: f32 = 12_582_912.0;
 
 /// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of
@@ -85,8 +86,8 @@ impl<S: Width> Float<S> {
         self.s.store(self.v)
     }
 
-    /// Rows in memory, one per lane, of `N` times four floats: element `[n][k]` has number `k` of `row(i)[n]` in each lane `i`. The lanes
-    /// are asked for in ascending order.
+    /// Rows in memory, one per lane, of `N` times four floats: element `[n][k]` has number `k` of
+    /// `row(i)[n]` in each lane `i`. The lanes are asked for in ascending order.
     #[inline(always)]
     #[allow(
         clippy::needless_range_loop,
@@ -245,7 +246,8 @@ impl<S: Width> Float<S> {
         self.s.compress(bits, self.v)
     }
 
-    /// The first lane with the lowest value among those with set bits. At least one bit must be set.
+    /// The first lane with the lowest value among those with set bits. At least one bit must be
+    /// set.
     #[inline(always)]
     pub fn lowest(self, bits: u32) -> usize {
         self.s.lowest(bits, self.v) as usize

@@ -3,8 +3,8 @@
 use super::vector::{Axes, Color, Pair, Vector};
 use std::ops::{Deref, DerefMut};
 
-/// A structure of [`Stored`] numbers at the start of a cache line, so that vectors are loaded from one
-/// line each.
+/// A structure of [`Stored`] numbers at the start of a cache line, so that vectors are loaded from
+/// one line each.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct CacheAligned<T>(pub(crate) T);

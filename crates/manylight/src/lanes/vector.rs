@@ -252,7 +252,8 @@ impl<S: Width> Color<S> {
         self.r * r + self.g * g + self.b * b
     }
 
-    /// The sum of the channels times these weights, with fused operations where the instruction set has them.
+    /// The sum of the channels times these weights, with fused operations where the instruction set
+    /// has them.
     #[inline(always)]
     pub(crate) fn weighted_sum(self, [r, g, b]: [f32; 3]) -> Float<S> {
         let last = self.b * b;

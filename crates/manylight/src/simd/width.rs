@@ -1,4 +1,5 @@
-//! What every instruction set has: the operations on its lanes, and the code that is compiled for it.
+//! What every instruction set has: the operations on its lanes, and the code that is compiled for
+//! it.
 
 use std::fmt::Debug;
 use std::mem::MaybeUninit;

@@ -1,4 +1,5 @@
-//! Next-event estimation, and the MIS weights of emitters that walks run into, in lanes: for one vertex or for sixteen.
+//! Next-event estimation, and the MIS weights of emitters that walks run into, in lanes: for one
+//! vertex or for sixteen.
 
 use crate::emitters::{DirectSamples, LobesOfLanes, Receivers};
 use crate::geometry::SurfacePoints;
@@ -36,8 +37,9 @@ outlined! {
 }
 
 impl<S: Width> EmitterSamples<S> {
-    /// Directions from the points `x` in the lanes of `lanes`, with the random numbers of the choice of an emitter and of a point on it.
-    /// `normals` are vectors and the lanes that have one, as in [`Bsdf::receiving_normal`](crate::bsdf::Bsdf::receiving_normal).
+    /// Directions from the points `x` in the lanes of `lanes`, with the random numbers of the
+    /// choice of an emitter and of a point on it. `normals` are vectors and the lanes that have
+    /// one, as in [`Bsdf::receiving_normal`](crate::bsdf::Bsdf::receiving_normal).
     #[inline(always)]
     pub fn new<'a>(
         scene: &'a Scene,
@@ -64,7 +66,8 @@ impl<S: Width> EmitterSamples<S> {
         }
     }
 
-    /// MIS weight (power heuristic) against a walk that samples the same directions with density `pdf_walk`, in 1/sr.
+    /// MIS weight (power heuristic) against a walk that samples the same directions with density
+    /// `pdf_walk`, in 1/sr.
     #[inline(always)]
     pub fn mis_weight(&self, pdf_walk: Float<S>) -> Float<S> {
         self.pdf.gt(0.0).select(power(self.pdf, pdf_walk), 1.0)
@@ -78,20 +81,23 @@ pub struct PreviousEvents<S: Width> {
     pub receivers: Receivers<S>,
     /// Density of the sampled direction per solid angle.
     pub pdf: Float<S>,
-    /// The lanes where next-event estimation can sample the same direction: events other than delta events, and not the camera.
+    /// The lanes where next-event estimation can sample the same direction: events other than delta
+    /// events, and not the camera.
     pub has_next_event: Mask<S>,
 }
 
 impl<S: Width> PreviousEvents<S> {
-    /// MIS weight of a walk. Next-event estimation cannot sample directions after delta events and from the camera.
+    /// MIS weight of a walk. Next-event estimation cannot sample directions after delta events and
+    /// from the camera.
     #[inline(always)]
     fn walk_weight(&self, pdf_direct: Float<S>) -> Float<S> {
         (self.has_next_event).select(power(self.pdf, pdf_direct), 1.0)
     }
 }
 
-/// Radiance that the surface points `y` emit along `wo` to the ends of walks, times its MIS weight against next-event estimation at the
-/// last events, in W/(m² sr); in the lanes of `lanes`, elsewhere black.
+/// Radiance that the surface points `y` emit along `wo` to the ends of walks, times its MIS weight
+/// against next-event estimation at the last events, in W/(m² sr); in the lanes of `lanes`,
+/// elsewhere black.
 #[inline(always)]
 pub fn emitted_with_mis<S: Width>(
     scene: &Scene,
@@ -111,8 +117,9 @@ pub fn emitted_with_mis<S: Width>(
     radiance * previous.walk_weight(pdf)
 }
 
-/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`], in the lanes of `lanes`, elsewhere black. `lobes`
-/// are those of next-event estimation at the last events, if it uses any.
+/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`], in the
+/// lanes of `lanes`, elsewhere black. `lobes` are those of next-event estimation at the last
+/// events, if it uses any.
 #[inline(always)]
 pub fn environment_with_mis<S: Width>(
     scene: &Scene,

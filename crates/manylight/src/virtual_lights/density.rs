@@ -12,9 +12,9 @@ use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
-/// The density rule. Light `k` has the flux of the photon that it stands on, divided by its probability `a_k` of
-/// being kept, and the average emission of the `neighbors` = K photons nearest to it on its
-/// surface, with the Epanechnikov kernel:
+/// The density rule. Light `k` has the flux of the photon that it stands on, divided by its
+/// probability `a_k` of being kept, and the average emission of the `neighbors` = K photons nearest
+/// to it on its surface, with the Epanechnikov kernel:
 ///
 /// ```text
 /// I_k(ω) = F_k Σ_j w_j Φ_j f(ω_j, ω) |cos θ| / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / a_k,   w_j ∝ 1 - d_j²/d_K²

@@ -1,5 +1,6 @@
-//! Virtual lights: from photons to lights that can be gathered. The heart of the method of Simon, Hanika, Dachsbacher, "Rich-VPLs for
-//! Improving the Versatility of Many-Light Methods", Eurographics 2015.
+//! Virtual lights: from photons to lights that can be gathered. The heart of the method of Simon,
+//! Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods",
+//! Eurographics 2015.
 //!
 //! | stage | input → output | modules |
 //! |---|---|---|
@@ -11,8 +12,9 @@
 //! | set | clusters → [`VirtualLights`] | `light`, `build`, with `areas` and `depth_limits` |
 //! | evaluation | light, direction → radiant intensity or its bound | `emission_view`; `intensity_bound`, `max_mips` |
 //!
-//! The stages are independent: any placement goes with any flux rule (but the density rule expects sites where selection placed them),
-//! and with any form of emission. Modules import only from the rows above and from their own row.
+//! The stages are independent: any placement goes with any flux rule (but the density rule expects
+//! sites where selection placed them), and with any form of emission. Modules import only from the
+//! rows above and from their own row.
 
 pub mod curve;
 pub mod surfaces;

@@ -1,4 +1,5 @@
-//! A set of virtual lights with their emission, ready to be gathered. Made by [`build_lights`](super::build_lights).
+//! A set of virtual lights with their emission, ready to be gathered. Made by
+//! [`build_lights`](super::build_lights).
 
 use super::areas::LightAreas;
 use super::depth_limits::DepthFractions;

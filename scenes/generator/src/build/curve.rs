@@ -26,7 +26,8 @@ fn hermite(from: DVec3, out: DVec3, to: DVec3, into: DVec3, t: f64) -> DVec3 {
         + into * (t3 - t2)
 }
 
-/// Points of a circular arc, `segments` + 1 with both ends. Angles are in degrees from the first axis.
+/// Points of a circular arc, `segments` + 1 with both ends. Angles are in degrees from the first
+/// axis.
 pub fn arc(center: DVec2, radius: f64, from: f64, to: f64, segments: usize) -> Vec<DVec2> {
     (0..=segments)
         .map(|i| {
@@ -36,9 +37,11 @@ pub fn arc(center: DVec2, radius: f64, from: f64, to: f64, segments: usize) -> V
         .collect()
 }
 
-/// Monotone cubic interpolation at `x` of a table of (x, value) with rising x. Constant outside the table.
+/// Monotone cubic interpolation at `x` of a table of (x, value) with rising x. Constant outside the
+/// table.
 ///
-/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984.
+/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic
+/// Interpolants", 1984.
 pub fn smooth_table(table: &[(f64, f64)], x: f64) -> f64 {
     let (i, t) = table_interval(table, x);
     let next = (i + 1).min(table.len() - 1);
@@ -55,7 +58,8 @@ pub fn smooth_table(table: &[(f64, f64)], x: f64) -> f64 {
         + into * (t3 - t2)
 }
 
-/// The index of the entry before `x`, and the position of x between it and the next entry, in [0, 1).
+/// The index of the entry before `x`, and the position of x between it and the next entry, in [0,
+/// 1).
 fn table_interval(table: &[(f64, f64)], x: f64) -> (usize, f64) {
     let after = table.partition_point(|entry| entry.0 <= x);
     if after == 0 || after == table.len() {
@@ -65,7 +69,8 @@ fn table_interval(table: &[(f64, f64)], x: f64) -> (usize, f64) {
     (after - 1, (x - from) / (to - from))
 }
 
-/// Slope at an entry: the harmonic mean of the two adjacent secants; zero at extrema and at the ends.
+/// Slope at an entry: the harmonic mean of the two adjacent secants; zero at extrema and at the
+/// ends.
 fn table_slope(table: &[(f64, f64)], i: usize) -> f64 {
     if i == 0 || i + 1 == table.len() {
         return 0.0;

@@ -1,5 +1,5 @@
-//! Mesh builders: solids, surfaces of revolution, sweeps along curves, patches. Lengths are in meters, angles in
-//! degrees.
+//! Mesh builders: solids, surfaces of revolution, sweeps along curves, patches. Lengths are in
+//! meters, angles in degrees.
 
 mod curve;
 mod patch;

@@ -17,8 +17,8 @@ pub enum Edges {
     Joined,
 }
 
-/// A surface through rows with the same number of points. It faces the direction of (along a row) x (to the next row).
-/// Edges sharper than `crease` degrees stay sharp.
+/// A surface through rows with the same number of points. It faces the direction of (along a row) x
+/// (to the next row). Edges sharper than `crease` degrees stay sharp.
 pub fn grid(rows: &[Vec<DVec3>], edges: Edges, crease: f64) -> Mesh {
     Mesh::shaded(rows.concat(), grid_triangles(rows, edges), crease)
 }
@@ -49,7 +49,8 @@ fn grid_triangles(rows: &[Vec<DVec3>], edges: Edges) -> Vec<[u32; 3]> {
             let next = (i + 1) % count;
             let (here, above) = (row * count, (row + 1) * count);
             let [a, b, c, d] = [here + i, here + next, above + next, above + i];
-            // The shorter diagonal follows a curved surface better; the factor decides ties the same way everywhere.
+            // The shorter diagonal follows a curved surface better; the factor decides ties the
+            // same way everywhere.
             let at = |i: u32| rows[(i / count) as usize][(i % count) as usize];
             if at(a).distance_squared(at(c)) <= at(b).distance_squared(at(d)) * (1.0 + TIE) {
                 triangles.extend([[a, b, c], [a, c, d]]);

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 /// Angle between faces, in degrees, from which an edge is sharp.
 const CREASE: f64 = 40.0;
 
-/// A profile of (radius, height) revolved about the y axis. The surface faces right of the direction along the profile,
-/// so a profile from bottom to top faces outwards. It is closed if the profile starts and ends on the axis, or is a
-/// loop.
+/// A profile of (radius, height) revolved about the y axis. The surface faces right of the
+/// direction along the profile, so a profile from bottom to top faces outwards. It is closed if the
+/// profile starts and ends on the axis, or is a loop.
 pub fn lathe(profile: &[DVec2], segments: usize) -> Mesh {
     let rows: Vec<Vec<DVec3>> = profile
         .iter()
@@ -56,7 +56,8 @@ pub fn ball(radius: f64, segments: usize) -> Mesh {
     lathe(&profile, segments)
 }
 
-/// A torus about the y axis: a circle of `radius`, with `around` segments, at `distance` from the axis.
+/// A torus about the y axis: a circle of `radius`, with `around` segments, at `distance` from the
+/// axis.
 pub fn torus(distance: f64, radius: f64, segments: usize, around: usize) -> Mesh {
     let mut profile = arc(DVec2::new(distance, 0.0), radius, 0.0, 360.0, around);
     profile[around] = profile[0];

@@ -55,8 +55,8 @@ fn push_quad(mesh: &mut Mesh, ring: [DVec3; 4], normals: [DVec3; 4]) {
         .extend(order.map(|t| t.map(|i: u32| i + start)));
 }
 
-/// A box between two corners with edges bevelled by `bevel`. Corners of a face keep its normal, so the bevels are
-/// shaded as if round. The bevel is at most 0.9 of the smallest half extent.
+/// A box between two corners with edges bevelled by `bevel`. Corners of a face keep its normal, so
+/// the bevels are shaded as if round. The bevel is at most 0.9 of the smallest half extent.
 pub fn bevelled_box(low: [f64; 3], high: [f64; 3], bevel: f64) -> Mesh {
     let (low, high) = (DVec3::from(low), DVec3::from(high));
     let center = (low + high) / 2.0;
@@ -116,8 +116,9 @@ fn push_facing(mesh: &mut Mesh, ring: &[usize], center: DVec3) {
     }
 }
 
-/// A superellipsoid about the origin. Exponents of 1 give an ellipsoid; smaller ones are closer to a box. `upright` is
-/// the exponent of the outline seen from the side, `around` of the one seen from above.
+/// A superellipsoid about the origin. Exponents of 1 give an ellipsoid; smaller ones are closer to
+/// a box. `upright` is the exponent of the outline seen from the side, `around` of the one seen
+/// from above.
 pub fn superellipsoid(radii: [f64; 3], upright: f64, around: f64, segments: usize) -> Mesh {
     let power = |x: f64, exponent: f64| x.abs().powf(exponent) * x.signum();
     let rows: Vec<Vec<DVec3>> = (0..=segments / 2)

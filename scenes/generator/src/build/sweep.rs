@@ -10,8 +10,8 @@ const TUBE_CREASE: f64 = 60.0;
 /// Distance in meters below which the ends of a path are the same point.
 const SAME_POINT: f64 = 1e-9;
 
-/// A round tube along a path. Its ends are capped, or joined if the path ends where it starts. `radius` is a function
-/// of the position along the path, from 0 to 1 by index of the point.
+/// A round tube along a path. Its ends are capped, or joined if the path ends where it starts.
+/// `radius` is a function of the position along the path, from 0 to 1 by index of the point.
 pub fn tube(path: &[DVec3], segments: usize, radius: impl Fn(f64) -> f64) -> Mesh {
     let last = path.len() - 1;
     let loops = is_loop(path);
@@ -72,8 +72,9 @@ pub fn extrude(polygon: &[DVec2], thickness: f64, crease: f64) -> Mesh {
     Mesh::shaded(positions, triangles, crease)
 }
 
-/// A profile swept along a level path with mitred corners. The profile is counterclockwise; its x axis points right of
-/// the path, its y axis up. Ends are capped, or joined if the path ends where it starts.
+/// A profile swept along a level path with mitred corners. The profile is counterclockwise; its x
+/// axis points right of the path, its y axis up. Ends are capped, or joined if the path ends where
+/// it starts.
 pub fn moulding(profile: &[DVec2], path: &[DVec3], crease: f64) -> Mesh {
     let last = path.len() - 1;
     let loops = is_loop(path);
@@ -91,7 +92,8 @@ pub fn moulding(profile: &[DVec2], path: &[DVec3], crease: f64) -> Mesh {
                 _ => direction(i),
             };
             let right = (into.cross(DVec3::Y) + out.cross(DVec3::Y)).normalize();
-            // The section along the mitre is wider than the profile by 1 / cos(half the turning angle).
+            // The section along the mitre is wider than the profile by 1 / cos(half the turning
+            // angle).
             let stretch = 1.0 / right.dot(into.cross(DVec3::Y).normalize());
             profile
                 .iter()

@@ -4,7 +4,8 @@ use crate::pose::Pose;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Asserts that a mesh is closed, faces outwards and has unit shading normals on the outer side of its faces.
+/// Asserts that a mesh is closed, faces outwards and has unit shading normals on the outer side of
+/// its faces.
 #[track_caller]
 fn assert_solid(mesh: &Mesh) {
     assert!(mesh.is_closed(), "open edges");
@@ -114,7 +115,8 @@ fn profiles() {
     let corner = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.0, 1.0)];
     let open = moulding(&square, &corner, 30.0);
     assert_solid(&open);
-    // A profile on the inner side of a right turn is shorter: the mitre removes half a square from each leg.
+    // A profile on the inner side of a right turn is shorter: the mitre removes half a square from
+    // each leg.
     assert_near(open.volume(), 0.02 * (2.0 - 0.1), 1e-9);
 
     let room = [

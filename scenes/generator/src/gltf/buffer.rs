@@ -5,7 +5,8 @@ use crate::rounding::rounded;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-/// Steps in a meter to which positions are rounded, and in 1 to which normals and texture coordinates are, as in the PLY files.
+/// Steps in a meter to which positions are rounded, and in 1 to which normals and texture
+/// coordinates are, as in the PLY files.
 const STEPS: f64 = 1e4;
 /// Component types of accessors.
 const FLOAT: u32 = 5126;
@@ -74,7 +75,8 @@ impl Buffer {
         self.accessors.len() - 1
     }
 
-    /// Index of a new accessor of vertex indices. They have 16 bits if the number of vertices allows it.
+    /// Index of a new accessor of vertex indices. They have 16 bits if the number of vertices
+    /// allows it.
     fn indices(&mut self, mesh: &Mesh) -> usize {
         let start = self.bytes.len();
         // The largest index is reserved.

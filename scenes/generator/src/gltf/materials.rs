@@ -113,7 +113,8 @@ impl MaterialList {
         value
     }
 
-    /// A mixture by textures of color, roughness and metallicity. The index of refraction is that of the first part.
+    /// A mixture by textures of color, roughness and metallicity. The index of refraction is that
+    /// of the first part.
     fn mixed(&mut self, scene: &Scene, name: &str, parts: [Opaque<'_>; 2], weight: &str) -> Value {
         let image = |name: &str| scene.textures.iter().find(|(known, _)| *known == name);
         let Some((_, weight)) = image(weight) else {

@@ -1,8 +1,9 @@
 //! glTF 2.0 scene files.
 //!
-//! The format says less than the others: coats over diffuse bases become dielectrics of metallic-roughness with the albedo of the
-//! coated base, metals follow Schlick's approximation, mixtures are mixed in textures, and film size and path length are missing.
-//! Lamps and emitting surfaces are in W/sr and W/(m² sr).
+//! The format says less than the others: coats over diffuse bases become dielectrics of
+//! metallic-roughness with the albedo of the coated base, metals follow Schlick's approximation,
+//! mixtures are mixed in textures, and film size and path length are missing. Lamps and emitting
+//! surfaces are in W/sr and W/(m² sr).
 
 mod buffer;
 mod materials;
@@ -262,7 +263,8 @@ fn vector(v: DVec3) -> Value {
     v.to_array().map(number).to_vec().into()
 }
 
-/// A quaternion with a positive real part, so that the last bit of a matrix does not choose between two signs.
+/// A quaternion with a positive real part, so that the last bit of a matrix does not choose between
+/// two signs.
 fn quaternion(q: DQuat) -> Value {
     let q = if q.w < 0.0 { -q } else { q };
     q.to_array().map(number).to_vec().into()

@@ -8,8 +8,8 @@ mod u_shape;
 
 use crate::scene::Scene;
 
-/// Level of detail. Level 1 is the scene in the repository; each level above about doubles the number of triangles, or
-/// of lights.
+/// Level of detail. Level 1 is the scene in the repository; each level above about doubles the
+/// number of triangles, or of lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Detail(u32);
 
@@ -22,8 +22,8 @@ impl Detail {
         (1..=Self::MAX).contains(&level).then_some(Detail(level))
     }
 
-    /// The number of segments of a curve that has `base` segments at level 1. It grows by sqrt(2) a level, so that the
-    /// number of triangles of a surface doubles.
+    /// The number of segments of a curve that has `base` segments at level 1. It grows by sqrt(2) a
+    /// level, so that the number of triangles of a surface doubles.
     pub fn segments(self, base: usize) -> usize {
         let finer = base as f64 * 2.0_f64.sqrt().powi(self.0 as i32 - 1);
         // An even number, so that half a circle has a whole number of segments.

@@ -7,15 +7,18 @@ use crate::pcg::Pcg32;
 use crate::pose::Pose;
 use glam::{DVec2, DVec3};
 
-/// Fractional part of the golden ratio. Successive leaves are turned by this fraction of a full turn.
+/// Fractional part of the golden ratio. Successive leaves are turned by this fraction of a full
+/// turn.
 const GOLDEN_FRACTION: f64 = 0.618_034;
 
-/// A surface of revolution of a [smoothed] profile of (radius, height), with `steps` segments between its points.
+/// A surface of revolution of a [smoothed] profile of (radius, height), with `steps` segments
+/// between its points.
 pub(super) fn turned(profile: &[(f64, f64)], steps: usize, segments: usize) -> Mesh {
     lathe(&smoothed(profile, steps), segments)
 }
 
-/// A smooth curve through the points of a profile, with a corner wherever a point occurs twice in a row.
+/// A smooth curve through the points of a profile, with a corner wherever a point occurs twice in a
+/// row.
 pub(super) fn smoothed(profile: &[(f64, f64)], steps: usize) -> Vec<DVec2> {
     let mut curve: Vec<DVec2> = Vec::new();
     for run in runs(profile) {
@@ -68,7 +71,8 @@ pub(super) fn pot(detail: Detail) -> Mesh {
     turned(&profile, 4, detail.segments(28))
 }
 
-/// A tuft of strap leaves from the origin. With `spread` 0 all leaves stand; with 1 the outer ones arch to the ground.
+/// A tuft of strap leaves from the origin. With `spread` 0 all leaves stand; with 1 the outer ones
+/// arch to the ground.
 pub(super) fn strap_plant(leaves: usize, height: f64, spread: f64, rng: &mut Pcg32) -> Mesh {
     let mut plant = Mesh::default();
     for i in 0..leaves {

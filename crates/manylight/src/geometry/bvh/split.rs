@@ -10,11 +10,12 @@ use super::join_chunks::join_chunks;
 use crate::simd::{Isa, Simd, SimdKernel};
 use rayon::prelude::*;
 
-/// Number of items from which on a division runs in parallel. Shorter lists are divided at once,
-/// while other tasks divide others. Unmeasured.
-const LARGE: usize = 1 << 16;
+/// Number of items from which on a division runs in parallel: four chunks, so that there is work to
+/// share. Shorter lists are divided at once, while other tasks divide others.
+const LARGE: usize = 4 * CHUNK;
 
-/// Number of items of a chunk: half a megabyte. Unmeasured.
+/// Number of items of a chunk: half a megabyte. Unmeasured: smaller chunks spend more time on tasks
+/// and on merging bins, larger ones share a list less evenly among threads.
 const CHUNK: usize = 1 << 14;
 
 /// A division: the first `count` items, and the rest.

@@ -25,9 +25,9 @@ use crate::scene::{PathLimits, Scene};
 /// Factors on the number of lights that are considered.
 const LIGHT_FRACTIONS: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Emitter samples per direction that are considered.
-const EMITTER_SAMPLES: [u32; 4] = [1, 2, 4, 8];
+const EMITTER_SAMPLE_CHOICES: [u32; 4] = [1, 2, 4, 8];
 /// Camera paths per pixel that are considered.
-const CAMERA_PATHS: [u32; 2] = [4, 8];
+const CAMERA_PATH_CHOICES: [u32; 2] = [4, 8];
 /// Fraction of the lights and photons with which the pre-pass measures.
 const MEASURED_FRACTION: f32 = 0.25;
 /// Emitter samples and camera paths with which the pre-pass measures.
@@ -162,10 +162,10 @@ pub(in crate::integrators) fn with_fixed_effort(
 /// `method` with the efforts that are considered.
 fn efforts(method: ManyLight) -> impl Iterator<Item = ManyLight> {
     LIGHT_FRACTIONS.into_iter().flat_map(move |fraction| {
-        EMITTER_SAMPLES
+        EMITTER_SAMPLE_CHOICES
             .into_iter()
             .flat_map(move |emitter_samples| {
-                CAMERA_PATHS.map(|camera_paths| ManyLight {
+                CAMERA_PATH_CHOICES.map(|camera_paths| ManyLight {
                     emitter_samples,
                     camera_paths,
                     ..with_lights(&method, fraction)

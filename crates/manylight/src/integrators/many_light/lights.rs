@@ -4,9 +4,7 @@
 use super::schedule::{GroupContext, LightSubsets};
 use super::trace;
 use super::{ClampRule, Compensation, EmissionKind, FluxRule, Placement};
-use crate::gather::{
-    Clamp, CutLimits, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy,
-};
+use crate::gather::{Clamp, CutLimits, Gather, Gathered, LightIndex, ShadingPoint, Strategy};
 use crate::maps::KdTree;
 use crate::particles::{Importon, Photon};
 use crate::sampling::Stream;
@@ -141,9 +139,8 @@ pub(super) fn clusters(
             assign(cx.scene, candidates, sites, u)
         }
         FluxRule::Density => {
-            // The extent of a disc needs neighbors, even where the emission is that of one photon.
             let is_single =
-                method.emission == EmissionKind::Single && method.kernel != Kernel::Disc;
+                method.emission == EmissionKind::Single && !method.kernel.needs_extent();
             let clusters = if is_single {
                 PhotonClusters::single_photons(sites)
             } else {

@@ -18,7 +18,7 @@ use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
 /// Directions, and emitter samples, for the lobes that end a camera path. At 1 and 4 (2 passes of
 /// `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE +6.5 and -12 % (standard error 6
 /// %), shadow rays -48 and +97 %.
-const DIRECTIONS: u32 = 2;
+const ENDING_DIRECTIONS: u32 = 2;
 /// Factor from the weight of a camera path to its probability of survival before `rr_depth`: only
 /// the weakest paths are terminated. At 4 and 16 (2 passes of `photon-map` at 72x40, 3 seeds;
 /// Glossy Room, Kitchen): relMSE +8.3 and -5.4 % (standard error 2 %), shadow rays -8 and +12 %.
@@ -123,8 +123,8 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
                 lobes: gathering,
                 guides,
             };
-            let throughput = at.throughput * (1.0 / DIRECTIONS as f32);
-            for k in 0..DIRECTIONS {
+            let throughput = at.throughput * (1.0 / ENDING_DIRECTIONS as f32);
+            for k in 0..ENDING_DIRECTIONS {
                 self.connect(s, at, (ends, throughput), &[&gathers, &follows]);
                 self.end(s, at, (ends, throughput), &gathers, k);
             }
@@ -206,7 +206,7 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
         k: u32,
     ) {
         let numbers = at.generators.next_bsdf();
-        let u = (at.generators.next() + k as f32) * (1.0 / DIRECTIONS as f32);
+        let u = (at.generators.next() + k as f32) * (1.0 / ENDING_DIRECTIONS as f32);
         let samples = sample_directions(at.v, set.guides, set.lobes, numbers, u);
         let alive = samples.valid & !samples.weight.is_black() & Mask::from_bits(s, lanes);
         let one = Float::splat(s, 1.0);

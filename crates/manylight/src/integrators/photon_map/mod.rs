@@ -79,16 +79,16 @@ impl PhotonMap {
         })
     }
 
-    /// For [`trace_photons`](crate::particles::trace_photons): the photons that some camera path may
-    /// use.
+    /// For [`trace_photons`](crate::particles::trace_photons): the photons that some camera path
+    /// may use.
     pub(super) fn segments_added(
         &self,
         scene: &Scene,
         surface: Lobes,
         event: Lobes,
     ) -> Option<u32> {
-        // After a non-specular event, all non-specular lobes gather. Photons of the environment guide
-        // directions.
+        // After a non-specular event, all non-specular lobes gather. Photons of the environment
+        // guide directions.
         let is_useful = self.counts(event) || scene.emitters.has_environment();
         (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
     }

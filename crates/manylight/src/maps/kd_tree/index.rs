@@ -1,7 +1,9 @@
-//! The index of a [`KdTree`](super::KdTree): points in blocks of sixteen under a tree of boxes with sixteen children per node.
+//! The index of a [`KdTree`](super::KdTree): points in blocks of sixteen under a tree of boxes with
+//! sixteen children per node.
 //!
-//! All leaves are full, and every node except the last of its level has all its children, so that positions in memory follow from counting. Nodes
-//! store the tight boxes of their children: particles lie on surfaces, where boxes prune better than splitting planes.
+//! All leaves are full, and every node except the last of its level has all its children, so that
+//! positions in memory follow from counting. Nodes store the tight boxes of their children:
+//! particles lie on surfaces, where boxes prune better than splitting planes.
 
 use crate::lanes::{Float, LANES, Sixteen, Vector, Width};
 use crate::math::{Aabb, Vec3};
@@ -121,9 +123,11 @@ struct KdEntry {
 pub(super) struct KdIndex {
     /// Blocks, leaf by leaf.
     pub(super) blocks: Vec<KdBlock>,
-    /// Nodes level by level from the root; child `c` of node `n` of a level is node, or leaf, `16 n + c` of the next level.
+    /// Nodes level by level from the root; child `c` of node `n` of a level is node, or leaf,
+    /// `16 n + c` of the next level.
     pub(super) nodes: Vec<KdNode>,
-    /// Index in `nodes` of the first node of each level; the children of the last level are the leaves.
+    /// Index in `nodes` of the first node of each level; the children of the last level are the
+    /// leaves.
     pub(super) levels: Vec<u32>,
     /// Instruction set of the searches.
     pub(super) isa: Isa,
@@ -179,8 +183,8 @@ impl KdIndex {
     }
 }
 
-/// Sorts the points so that leaves, and groups of 16, 256, ... leaves, are compact: recursive splits along the longest edge of the bounding box, as
-/// near to the middle as full groups allow.
+/// Sorts the points so that leaves, and groups of 16, 256, ... leaves, are compact: recursive
+/// splits along the longest edge of the bounding box, as near to the middle as full groups allow.
 fn arrange(entries: &mut [KdEntry]) {
     if entries.len() <= LEAF {
         return;
@@ -234,7 +238,8 @@ fn longest_axis(entries: &[KdEntry]) -> usize {
     (Vec3::from(max) - Vec3::from(min)).max_position()
 }
 
-/// The nodes over the leaves, level by level from the root, and the index of the first node of each level.
+/// The nodes over the leaves, level by level from the root, and the index of the first node of each
+/// level.
 fn nodes_over(blocks: &[KdBlock]) -> (Vec<KdNode>, Vec<u32>) {
     let leaf_bounds = |leaf: &[KdBlock]| leaf.iter().map(KdBlock::bounds).reduce(Aabb::union);
     let mut levels: Vec<Vec<KdNode>> = vec![

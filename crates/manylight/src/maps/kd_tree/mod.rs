@@ -1,9 +1,12 @@
-//! A kd-tree over particles: the K nearest neighbors, all within a radius, and the cheapest by a metric.
+//! A kd-tree over particles: the K nearest neighbors, all within a radius, and the cheapest by a
+//! metric.
 //!
-//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use sixteen lanes of the best
-//! instruction set of the machine. Memory: 16 bytes per particle for position and index, and about 2 for the boxes.
+//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels
+//! use sixteen lanes of the best instruction set of the machine. Memory: 16 bytes per particle for
+//! position and index, and about 2 for the boxes.
 //!
-//! Results depend on the points only, bit for bit, for any number of threads and instruction set: ties are broken by index.
+//! Results depend on the points only, bit for bit, for any number of threads and instruction set:
+//! ties are broken by index.
 
 mod index;
 mod neighbors;
@@ -63,8 +66,8 @@ impl<T: Located + Sync> KdTree<T> {
         KdTree { items, tree }
     }
 
-    /// Builds the tree in parallel and sorts the items, with their indices, in the order of its leaves, so that neighbors in space are neighbors in
-    /// memory.
+    /// Builds the tree in parallel and sorts the items, with their indices, in the order of its
+    /// leaves, so that neighbors in space are neighbors in memory.
     pub fn build_ordered(items: Vec<T>) -> Self
     where
         T: Copy + Send,
@@ -105,7 +108,8 @@ impl<T> KdTree<T> {
         self.items
     }
 
-    /// Finds the K nearest particles within `max_radius` of `p`, in m and possibly infinite; K is the size of `found`.
+    /// Finds the K nearest particles within `max_radius` of `p`, in m and possibly infinite; K is
+    /// the size of `found`.
     #[inline]
     pub fn nearest(&self, p: Vec3, max_radius: f32, found: &mut Neighbors) {
         self.tree.isa.run(NeighborQuery {
@@ -130,8 +134,9 @@ impl<T> KdTree<T> {
         });
     }
 
-    /// Index and cost of the particle with the lowest cost, at most `max_cost`. `cost` receives index and squared distance; it returns at least
-    /// the squared distance, or `None` for a particle to exclude.
+    /// Index and cost of the particle with the lowest cost, at most `max_cost`. `cost` receives
+    /// index and squared distance; it returns at least the squared distance, or `None` for a
+    /// particle to exclude.
     #[inline]
     pub fn cheapest(
         &self,
@@ -158,8 +163,8 @@ impl<T> KdTree<T> {
     }
 }
 
-/// Calls `visit` with index, squared distance and current bound for every point with a squared distance within the bound; `visit` returns the new
-/// bound.
+/// Calls `visit` with index, squared distance and current bound for every point with a squared
+/// distance within the bound; `visit` returns the new bound.
 struct BoundedQuery<'a, V> {
     tree: &'a KdIndex,
     p: Vec3,

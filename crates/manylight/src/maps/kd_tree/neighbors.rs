@@ -1,4 +1,5 @@
-//! The K nearest neighbors: up to about 2 K candidates are collected, then reduced to the K nearest by counting.
+//! The K nearest neighbors: up to about 2 K candidates are collected, then reduced to the K nearest
+//! by counting.
 
 use super::index::{KdBlock, KdIndex};
 use super::search::{KdVisitor, search};
@@ -8,11 +9,12 @@ use crate::simd::{Simd, SimdKernel, set_bits};
 
 /// Number of candidates around the K-th below which they are sorted instead of counted.
 const SORTED: usize = 2 * LANES;
-/// Largest number of guesses of the distance of the K-th candidate; points on surfaces need three or four.
+/// Largest number of guesses of the distance of the K-th candidate; points on surfaces need three
+/// or four.
 const MAX_GUESSES: usize = 12;
 
-/// Result and working memory of [`KdTree::nearest`](super::KdTree::nearest). Reuse one per thread: in the same tree, a search near the last one begins
-/// with a tight bound.
+/// Result and working memory of [`KdTree::nearest`](super::KdTree::nearest). Reuse one per thread:
+/// in the same tree, a search near the last one begins with a tight bound.
 #[derive(Clone, Debug)]
 pub struct Neighbors {
     k: usize,
@@ -36,7 +38,8 @@ struct LastSearch {
 }
 
 impl LastSearch {
-    /// A squared distance from `p` within which there are at least K points: that sphere contains the one of the last search.
+    /// A squared distance from `p` within which there are at least K points: that sphere contains
+    /// the one of the last search.
     fn bound(&self, p: Vec3) -> f32 {
         let radius = (self.radius_squared.sqrt() + self.p.distance(p)) * (1.0 + 1e-5);
         radius * radius + f32::MIN_POSITIVE
@@ -76,8 +79,8 @@ impl Neighbors {
         self.count == 0
     }
 
-    /// Squared distance of the K-th neighbor, in m². With fewer neighbors, the square of the search radius; with an infinite one, the squared distance
-    /// of the farthest neighbor.
+    /// Squared distance of the K-th neighbor, in m². With fewer neighbors, the square of the search
+    /// radius; with an infinite one, the squared distance of the farthest neighbor.
     #[inline]
     pub fn radius_squared(&self) -> f32 {
         self.radius_squared
@@ -179,12 +182,13 @@ impl Neighbors {
 
     /// Squared distance and index of the K-th candidate; equal distances are ordered by index.
     ///
-    /// Narrows an interval of squared distances around it by counting, with linear interpolation for the next guess: on surfaces squared distances
-    /// are uniformly distributed.
+    /// Narrows an interval of squared distances around it by counting, with linear interpolation
+    /// for the next guess: on surfaces squared distances are uniformly distributed.
     #[inline(always)]
     fn kth<S: Sixteen>(&mut self, s: S) -> (f32, u32) {
         let k = self.k;
-        // Invariant: `below < k` candidates have squared distances up to `low`, `within >= k` up to `high`.
+        // Invariant: `below < k` candidates have squared distances up to `low`, `within >= k` up to
+        // `high`.
         let (mut low, mut below) = (-1.0f32, 0);
         let (mut high, mut within) = (self.highest(s), self.count);
         for _ in 0..MAX_GUESSES {
@@ -258,7 +262,8 @@ impl Neighbors {
     }
 }
 
-/// The bits of the squared distance followed by the index: integers ordered by distance, ties by index.
+/// The bits of the squared distance followed by the index: integers ordered by distance, ties by
+/// index.
 #[inline(always)]
 fn key(d2: f32, index: u32) -> u64 {
     u64::from(d2.to_bits()) << 32 | u64::from(index)

@@ -6,7 +6,8 @@ use crate::math::Vec3;
 
 /// Processes the points found.
 pub(super) trait KdVisitor {
-    /// Receives a block and the squared distances of its points, some of which may exceed `bound`; returns the new bound of the squared distance.
+    /// Receives a block and the squared distances of its points, some of which may exceed `bound`;
+    /// returns the new bound of the squared distance.
     fn block<S: Sixteen>(&mut self, block: &KdBlock, d2: Float<S>, bound: f32) -> f32;
 }
 
@@ -18,7 +19,8 @@ struct PendingNode {
     node: u32,
 }
 
-/// Calls `visit` with every block that may have points within the squared distance `bound`, finite, from `p`.
+/// Calls `visit` with every block that may have points within the squared distance `bound`, finite,
+/// from `p`.
 #[inline(always)]
 pub(super) fn search<S: Sixteen>(
     s: S,

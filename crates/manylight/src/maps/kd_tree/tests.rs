@@ -70,7 +70,8 @@ fn nearest_equals_brute_force_in_every_instruction_set() {
     }
 }
 
-/// The bound from the last search is valid for the next, near or far, in the same tree or another, also with more than K points at one distance.
+/// The bound from the last search is valid for the next, near or far, in the same tree or another,
+/// also with more than K points at one distance.
 #[test]
 fn searches_after_others_equal_brute_force() {
     let mut sets = [points(4000, 1), points(4000, 2)];

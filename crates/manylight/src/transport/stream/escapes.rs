@@ -9,9 +9,9 @@ use crate::scene::{PathLimits, Scene};
 use crate::simd::{Isa, Outlined, set_bits};
 use crate::transport::direct::environment_with_mis;
 
-/// Calls `visit` with each walk of `escaped` that may see the environment, and with the radiance that arrives along it, times its MIS weight
-/// against next-event estimation at the last event, in W/(m² sr). `guide(i)` are the lobes of next-event estimation for walk `i`, if it uses
-/// any.
+/// Calls `visit` with each walk of `escaped` that may see the environment, and with the radiance
+/// that arrives along it, times its MIS weight against next-event estimation at the last event, in
+/// W/(m² sr). `guide(i)` are the lobes of next-event estimation for walk `i`, if it uses any.
 pub(crate) fn see_environment<'g, T: Copy>(
     scene: &Scene,
     limits: PathLimits,

@@ -111,8 +111,8 @@ where
 }
 
 outlined! {
-    /// [`PacketShader::shade`]. Not part of the loop over packets, which the compiler would copy for
-    /// every condition on the material.
+    /// [`PacketShader::shade`]. Not part of the loop over packets, which the compiler would copy
+    /// for every condition on the material.
     fn shade<P: PacketShader, S: Width>(
         shader: &mut P, s: S, material: MaterialId, packet: &[u32],
     ) -> () { s => shader.shade(s, material, packet) }

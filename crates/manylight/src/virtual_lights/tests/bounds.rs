@@ -5,8 +5,9 @@ use crate::lanes::{LANES, Lanes3};
 use crate::math::{Frame, Spread};
 use crate::testing::scenes::{diffuse, rough_metal, rough_plastic};
 
-/// For clusters of five lights and `count` random cones each: the summed intensity, with a random direction within the cone for each light, is within
-/// the bound. Returns the sum of bounds over the sum of intensities.
+/// For clusters of five lights and `count` random cones each: the summed intensity, with a random
+/// direction within the cone for each light, is within the bound. Returns the sum of bounds over
+/// the sum of intensities.
 fn hold_bounds(set: &VirtualLights, count: u32) -> f64 {
     let ids: Vec<LightId> = (0..set.lights().len() as u32).map(LightId).collect();
     let mut rng = Pcg::new(6);

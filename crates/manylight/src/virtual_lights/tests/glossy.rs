@@ -107,8 +107,9 @@ fn wide_lobes_keep_their_shape() {
 
 #[test]
 fn many_photons_keep_their_mean_lobe() {
-    // Against the sum over the lobes of all photons: tables use a subset of the photons, so only the mean over lights agrees. With four lights the
-    // previous vertices are nearer than the photons of a light to each other.
+    // Against the sum over the lobes of all photons: tables use a subset of the photons, so only
+    // the mean over lights agrees. With four lights the previous vertices are nearer than the
+    // photons of a light to each other.
     let scene = floor(rough_metal(0.2));
     let photons = photons_on_floor(&scene, 4000, 9);
     let weights = vec![1.0; photons.len()];
@@ -141,7 +142,8 @@ fn many_photons_keep_their_mean_lobe() {
     }
 }
 
-/// A light of one photon from `prev` on a floor of metal: flux emitted by quadrature, flux of the profile, and target.
+/// A light of one photon from `prev` on a floor of metal: flux emitted by quadrature, flux of the
+/// profile, and target.
 fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3], [f64; 3]) {
     let scene = floor(rough_metal(alpha));
     let flux = Rgb::new(1.0, 2.0, 3.0);

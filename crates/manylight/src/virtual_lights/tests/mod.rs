@@ -76,12 +76,14 @@ fn directions(count: usize) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |_| warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32())))
 }
 
-/// Integral of the intensity of a light over the sphere, by the midpoint rule on 1024² squares of the octahedral map, which divide the texels.
+/// Integral of the intensity of a light over the sphere, by the midpoint rule on 1024² squares of
+/// the octahedral map, which divide the texels.
 fn emitted(set: &VirtualLights, id: LightId) -> [f64; 3] {
     emitted_in_squares(set, id, 1024)
 }
 
-/// Like [`emitted`] with `n`² squares. With an odd `n` no midpoint lies on the horizon of the floor, where intensities are discontinuous.
+/// Like [`emitted`] with `n`² squares. With an odd `n` no midpoint lies on the horizon of the
+/// floor, where intensities are discontinuous.
 fn emitted_in_squares(set: &VirtualLights, id: LightId, n: usize) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..n * n {
@@ -93,7 +95,8 @@ fn emitted_in_squares(set: &VirtualLights, id: LightId, n: usize) -> [f64; 3] {
     sum
 }
 
-/// A cluster for each site with its photon twice, at half the flux each: a light of one photon would have no profile.
+/// A cluster for each site with its photon twice, at half the flux each: a light of one photon
+/// would have no profile.
 fn twice(sites: &[Site]) -> PhotonClusters {
     PhotonClusters::of_sites(sites, |site| vec![(site.photon, 0.5 / site.probability); 2])
 }

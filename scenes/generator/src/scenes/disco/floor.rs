@@ -9,7 +9,8 @@ use crate::scene::{Assembly, MaterialId, Scene};
 use crate::scenes::Detail;
 use glam::{DVec2, DVec3};
 
-/// A curved band of metal that stands on the dance floor and throws a caustic on it. Its open side faces three lamps.
+/// A curved band of metal that stands on the dance floor and throws a caustic on it. Its open side
+/// faces three lamps.
 pub(super) struct Band {
     /// Center (x, z) of its arc, relative to the center of the floor.
     pub(super) middle: DVec2,

@@ -60,8 +60,8 @@ fn times(color: LinearRgb, factor: f64) -> LinearRgb {
     color.map(|c| c * factor)
 }
 
-/// Lamps of three colors aimed at each band through its open side. Finer scenes have more lamps with the same total
-/// intensity.
+/// Lamps of three colors aimed at each band through its open side. Finer scenes have more lamps
+/// with the same total intensity.
 fn on_bands(lamps: &mut Vec<SpotLamp>, detail: Detail) {
     let each = detail.count(1);
     for band in &BANDS {

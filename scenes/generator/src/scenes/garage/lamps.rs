@@ -16,7 +16,8 @@ pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail
 /// Length of a trough and of its two rows of tubes.
 const TROUGH: f64 = 1.3;
 
-/// Steel troughs between the beams, open at the top. Finer scenes have more and shorter tubes of the same total length.
+/// Steel troughs between the beams, open at the top. Finer scenes have more and shorter tubes of
+/// the same total length.
 fn troughs(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let bent = [
@@ -66,7 +67,8 @@ fn troughs(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     scene.place_assembly("trough", assembly);
 }
 
-/// `radius` at level 1, reduced at higher levels so that the total area of the bulbs stays the same.
+/// `radius` at level 1, reduced at higher levels so that the total area of the bulbs stays the
+/// same.
 fn shrunk(radius: f64, detail: Detail) -> f64 {
     radius / (detail.count(1) as f64).sqrt()
 }

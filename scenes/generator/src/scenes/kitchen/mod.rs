@@ -184,7 +184,8 @@ fn oak() -> PngImage {
     })
 }
 
-/// A glazed tile that faces +z, `depth` above the plane z = 0: a face with a bevelled edge, without a back.
+/// A glazed tile that faces +z, `depth` above the plane z = 0: a face with a bevelled edge, without
+/// a back.
 fn tile(width: f64, height: f64, depth: f64) -> Mesh {
     /// Width of the bevel.
     const EDGE: f64 = 0.003;

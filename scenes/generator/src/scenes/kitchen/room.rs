@@ -11,7 +11,8 @@ use glam::DVec3;
 const WINDOW: [f64; 4] = [-1.75, -0.6, 1.08, 2.16];
 /// Thickness of the back wall.
 const WALL: f64 = 0.22;
-/// An opening in the right wall for the sun, outside the image: lowest and highest z, lowest and highest y.
+/// An opening in the right wall for the sun, outside the image: lowest and highest z, lowest and
+/// highest y.
 const SIDE: [f64; 4] = [1.55, 2.35, 0.95, 2.05];
 
 /// Size of a wall tile with its joint.
@@ -128,7 +129,8 @@ fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
     scene.place_assembly("backsplash", assembly);
 }
 
-/// Number of rows of tiles on the back wall at `x`: 1 below the window, 16 between window and shelves, 5 elsewhere.
+/// Number of rows of tiles on the back wall at `x`: 1 below the window, 16 between window and
+/// shelves, 5 elsewhere.
 fn tile_rows(x: f64) -> u32 {
     if x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11 {
         1

@@ -50,7 +50,8 @@ pub(super) const SPINE: &[(f64, f64)] = &[
     (2.17, 0.48),
 ];
 
-/// Exponent of the superellipse above the widest height, by x. Larger values give squarer shoulders.
+/// Exponent of the superellipse above the widest height, by x. Larger values give squarer
+/// shoulders.
 const SHOULDER: &[(f64, f64)] = &[
     (-2.1, 3.0),
     (-1.2, 3.6),
@@ -84,7 +85,8 @@ pub(super) fn shell(detail: Detail) -> Mesh {
     grid(&[tail, rows, nose].concat(), Edges::Open, 40.0).flipped()
 }
 
-/// x of the cross-sections: evenly spaced, denser at nose and tail, and along the edges of the wheel arches.
+/// x of the cross-sections: evenly spaced, denser at nose and tail, and along the edges of the
+/// wheel arches.
 fn stations(detail: Detail) -> Vec<f64> {
     let even = detail.segments(44);
     let mut stations: Vec<f64> = (0..=even)
@@ -98,7 +100,8 @@ fn stations(detail: Detail) -> Vec<f64> {
     for axle in [-AXLE, AXLE] {
         stations.extend((0..=on_arch).map(|i| {
             let angle = PI * i as f64 / on_arch as f64;
-            // Just inside the arch; with the stations just outside it, the edge rises almost upright from the sill.
+            // Just inside the arch; with the stations just outside it, the edge rises almost
+            // upright from the sill.
             axle - (ARCH - 0.0005) * angle.cos()
         }));
         stations.extend([axle - ARCH - 0.0005, axle + ARCH + 0.0005]);
@@ -107,7 +110,8 @@ fn stations(detail: Detail) -> Vec<f64> {
     stations
 }
 
-/// One side of the cross-section at `x`, from the lower edge to the center line, as (height, half width).
+/// One side of the cross-section at `x`, from the lower edge to the center line, as (height, half
+/// width).
 fn section(x: f64) -> Vec<DVec2> {
     /// Segments of the part above the widest height.
     const SEGMENTS: usize = 48;

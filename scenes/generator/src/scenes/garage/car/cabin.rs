@@ -51,7 +51,8 @@ pub(super) fn shell(detail: Detail) -> Mesh {
     grid(&rows, Edges::Open, 50.0).flipped()
 }
 
-/// The point of the cabin at `x` and `angle`, in degrees: 0 is the base on the +z side, 90 the center line.
+/// The point of the cabin at `x` and `angle`, in degrees: 0 is the base on the +z side, 90 the
+/// center line.
 fn cabin_point(x: f64, angle: f64) -> DVec3 {
     let (width, roof) = (smooth_table(CABIN, x), smooth_table(ROOF, x));
     let base = smooth_table(SPINE, x) - 0.1;

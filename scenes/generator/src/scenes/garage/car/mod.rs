@@ -1,4 +1,5 @@
-//! A coupe with its nose towards +x, modelled about the origin. Its shells are cross-sections lofted along x.
+//! A coupe with its nose towards +x, modelled about the origin. Its shells are cross-sections
+//! lofted along x.
 
 mod body;
 mod cabin;
