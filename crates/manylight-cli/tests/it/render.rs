@@ -47,9 +47,9 @@ fn the_report_has_the_keys_of_the_contract() {
         (&Value::from(192), &Value::from(2))
     );
     assert_eq!(counts["photons"], 4000);
-    // Two passes of 16 lights, and additional lights for unassigned photons.
+    // Two sets of four times 16 lights, and additional lights for unassigned photons.
     assert!(
-        (32..64).contains(&counts["lights"].as_u64().unwrap()),
+        (128..160).contains(&counts["lights"].as_u64().unwrap()),
         "{counts}"
     );
     assert!(counts["connections"].as_u64().unwrap() > 0);

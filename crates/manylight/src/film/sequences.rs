@@ -9,8 +9,8 @@
 //! second.
 
 /// Pixels with a ratio of 1 that a mean of ratios contains beside those of the tile. Where few
-/// pixels of a tile have noise, the factor stays close to 1, and the variance an upper bound.
-/// Unmeasured.
+/// pixels of a tile have noise, the factor stays close to 1, and the variance an upper bound. In a
+/// tile of 64 pixels with noise they change the factor by at most 2 in 66, 3 %.
 const PRIOR_PIXELS: f64 = 2.0;
 
 /// Numbers of even and odd passes.

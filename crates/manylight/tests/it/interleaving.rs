@@ -9,9 +9,9 @@ use manylight::testing::scenes::glossy_box;
 const SIZE: u32 = 16;
 const SEEDS: u64 = 24;
 
-/// Luminance of virtual lights in the pixels of a film, row by row.
-fn luminances(film: &Film) -> Vec<f64> {
-    let image = film.image(Layer::VirtualLights).unwrap();
+/// Luminance of a layer in the pixels of a film, row by row.
+fn luminances(film: &Film, layer: Layer) -> Vec<f64> {
+    let image = film.image(layer).unwrap();
     let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     places
         .map(|(x, y)| f64::from(image.rgb(x, y).luminance()))
@@ -43,9 +43,15 @@ fn variance(of_seeds: &[Vec<f64>]) -> f64 {
         .sum()
 }
 
-/// The variance of means of 2x2 pixels times 4, over that of pixels (1 if neighbors are independent,
-/// 4 if they are equal), and the mean of the picture.
-fn shared_noise(scene: &Scene, interleaving: u32, passes: u32) -> (f64, f64) {
+/// Noise of virtual lights, and the mean of indirect light.
+struct Measured {
+    /// The variance of means of 2x2 pixels times 4, over that of pixels: 1 if neighbors are
+    /// independent, 4 if they are equal.
+    shared: f64,
+    mean: f64,
+}
+
+fn measured(scene: &Scene, interleaving: u32) -> Measured {
     let method = MethodKind::ManyLight(ManyLight {
         light_count: 32,
         photon_paths: 20_000,
@@ -53,25 +59,29 @@ fn shared_noise(scene: &Scene, interleaving: u32, passes: u32) -> (f64, f64) {
         interleaving,
         ..ManyLight::rich_vpl()
     });
-    let pixels: Vec<Vec<f64>> = (0..SEEDS)
-        .map(|seed| luminances(&film(scene, method.clone(), passes, seed)))
+    let films: Vec<Film> = (0..SEEDS)
+        .map(|seed| film(scene, method.clone(), 1, seed))
         .collect();
-    let blocks: Vec<Vec<f64>> = pixels.iter().map(|pixels| block_means(pixels)).collect();
-    let mean = pixels.iter().flatten().sum::<f64>() / (pixels.len() * pixels[0].len()) as f64;
-    // Sums over places: a block has a quarter of the places, which the factor 4 on the mean undoes.
-    let ratio = 16.0 * variance(&blocks) / variance(&pixels);
-    (ratio, mean)
+    let of_layer =
+        |layer| -> Vec<Vec<f64>> { films.iter().map(|film| luminances(film, layer)).collect() };
+    let lights = of_layer(Layer::VirtualLights);
+    let blocks: Vec<Vec<f64>> = lights.iter().map(|pixels| block_means(pixels)).collect();
+    let sum = |layer| of_layer(layer).iter().flatten().sum::<f64>();
+    let indirect = sum(Layer::VirtualLights) + sum(Layer::Compensation);
+    Measured {
+        // Blocks are a quarter of the places.
+        shared: 16.0 * variance(&blocks) / variance(&lights),
+        mean: indirect / (SEEDS as f64 * f64::from(SIZE * SIZE)),
+    }
 }
 
 #[test]
 fn interleaved_lights_make_the_noise_of_neighbors_independent() {
     let scene = glossy_box(SIZE).build();
-    for passes in [1, 2] {
-        let (shared, mean) = shared_noise(&scene, 1, passes);
-        let (independent, interleaved_mean) = shared_noise(&scene, 2, passes);
-        println!("{passes} passes: {shared} {independent}, means {mean} {interleaved_mean}");
-        assert!(shared > 2.5, "{shared}");
-        assert!(independent < 1.6, "{independent}");
-        assert!((interleaved_mean / mean - 1.0).abs() < 0.03);
-    }
+    let same = measured(&scene, 1);
+    let interleaved = measured(&scene, 2);
+    assert!(same.shared > 1.2, "{}", same.shared);
+    assert!(interleaved.shared < 0.8, "{}", interleaved.shared);
+    let ratio = interleaved.mean / same.mean;
+    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
 }

@@ -253,7 +253,7 @@ fn coated(base: f32) -> SceneDesc {
         "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": [base, base, base, 1] },
         "extensions": {
             "KHR_materials_specular": { "specularFactor": 0 },
-            "KHR_materials_clearcoat": { "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.3 }
+            "KHR_materials_clearcoat": { "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2 }
         }
     })));
     let loaded = load_scene(&folder.file, &LoadOptions::default()).unwrap();

@@ -23,7 +23,7 @@ pub(super) fn invalid() -> Vec<(&'static str, Value, &'static str)> {
         (
             "/extensionsRequired",
             json!(["KHR_materials_iorr"]),
-            "/extensionsRequired/0: the file requires the extension `KHR_materials_iorr`, which is not supported did you mean `KHR_materials_ior`?",
+            "/extensionsRequired/0: the file requires the extension `KHR_materials_iorr`, which is not supported supported extensions: EXT_mesh_gpu_instancing",
         ),
         (
             "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression",

@@ -251,13 +251,15 @@ fn normal_maps_get_tangents() {
             .iter()
             .all(|t| t.abs_diff_eq(manylight::math::Vec3::X, 1e-5))
     );
-    let Material::TwoSided { front, .. } = material_of(&desc, 0) else {
+    let Material::NormalMap {
+        scale: 0.5,
+        inner: sides,
+        ..
+    } = material_of(&desc, 0)
+    else {
         panic!()
     };
-    assert!(matches!(
-        inner(&desc, *front),
-        Material::NormalMap { scale: 0.5, .. }
-    ));
+    assert!(matches!(inner(&desc, *sides), Material::TwoSided { .. }));
 
     let tangents = add_accessor(
         &mut document,
