@@ -274,8 +274,10 @@ fn halves<T>(x: &[T; LANES]) -> [&[T; NARROW]; 2] {
 
 /// The array with two halves.
 #[inline(always)]
-fn joined<T: Copy>([low, high]: [[T; NARROW]; 2]) -> [T; LANES] {
-    let mut all = [low[0]; LANES];
+fn joined<T: Copy + Default>([low, high]: [[T; NARROW]; 2]) -> [T; LANES] {
+    // A constant, of which nothing remains: if the array began with `low[0]`, LLVM would write that
+    // element apart, and the half in four parts.
+    let mut all = [T::default(); LANES];
     let (halves, _) = all.as_chunks_mut::<NARROW>();
     halves[0] = low;
     halves[1] = high;

@@ -114,8 +114,8 @@ impl<'a> Packet<'a> {
             size[group] = to_target.abs().max_component().store();
         }
         let bounds = Aabb {
-            min: lowest(lower),
-            max: -lowest(upper),
+            min: lowest_of_each(lower),
+            max: -lowest_of_each(upper),
         };
         let (middle, half) = middle_and_half(&bounds);
         let farthest = (bounds.min - from).abs().max((bounds.max - from).abs());
@@ -273,7 +273,12 @@ impl<'a> Packet<'a> {
 
 /// The lowest lane of each component.
 #[inline(always)]
-fn lowest<S: Sixteen>(v: Vector<S>) -> Vec3 {
-    let lowest = |x: Float<S>| x.store()[x.lowest(ALL as u32) % LANES];
+fn lowest_of_each<S: Sixteen>(v: Vector<S>) -> Vec3 {
     Vec3::new(lowest(v.x), lowest(v.y), lowest(v.z))
+}
+
+/// The lowest lane. Not a closure, which might not become part of the kernel.
+#[inline(always)]
+fn lowest<S: Sixteen>(x: Float<S>) -> f32 {
+    x.store()[x.lowest(ALL as u32) % LANES]
 }
