@@ -68,6 +68,12 @@ impl Rgb {
         self.r == 0.0 && self.g == 0.0 && self.b == 0.0
     }
 
+    /// Whether all channels are equal.
+    #[inline]
+    pub fn is_gray(self) -> bool {
+        self.r == self.g && self.g == self.b
+    }
+
     /// Whether every channel is finite.
     #[inline]
     pub fn is_finite(self) -> bool {

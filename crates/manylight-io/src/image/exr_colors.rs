@@ -92,7 +92,7 @@ pub(super) struct ColorSpace {
 }
 
 impl ColorSpace {
-    /// That of a file whose first part has the attributes `other`.
+    /// The color space of a file with these attributes, of which `part` is the first part.
     ///
     /// # Errors
     /// The chromaticities are not those of a color space.

@@ -148,10 +148,10 @@ impl Film {
         })
     }
 
-    /// Factor from [`Film::spread`] to the variance, per channel; 1 for independent passes. A film
-    /// has at least two.
+    /// Factor from [`Film::spread`] to the variance, per channel; 1 for independent passes, and for
+    /// fewer than two.
     fn sequence_factor(&self, sums: &TileTotals, k: usize) -> [f64; 3] {
-        if !self.has_sequences() {
+        if !self.has_sequences() || self.passes() < 2 {
             return [1.0; 3];
         }
         let halves = Halves::of(self.next_pass() - self.passes(), self.next_pass());
@@ -165,18 +165,14 @@ impl Film {
     }
 
     /// Variance of the mean of the beauty over each tile, per channel, from completed batches, with
-    /// the factor of [`Film::layer_variance`]. All
-    /// pixels of a tile hold the variance of that tile. Infinite with fewer than two completed
-    /// batches.
+    /// the factor of [`Film::layer_variance`]. All pixels of a tile hold the variance of that tile.
+    /// Infinite with fewer than two completed batches.
     pub fn block_variance(&self) -> Image {
         let batches = self.batch_counts();
         self.collect(|sums| {
             let pixels = sums.tile().count() as f64;
             let of_sum = batches.variance_of_mean(&sums.moments());
-            let factor = match self.passes() < 2 {
-                true => [1.0; 3],
-                false => self.sequence_factor(&sums, 0),
-            };
+            let factor = self.sequence_factor(&sums, 0);
             let variance =
                 std::array::from_fn(|c| (of_sum[c] * factor[c] / (pixels * pixels)) as f32);
             move |_| variance

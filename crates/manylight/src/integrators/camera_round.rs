@@ -420,8 +420,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
     }
 
     /// Appends to `next` the paths that continue straight through, by the random numbers `u`, and
-    /// adds the first events of the others: where a path ends by the limits, whether it scatters stays open. Returns the lanes
-    /// in which paths scatter.
+    /// adds the first events of the others: where a path ends by the limits, whether it scatters
+    /// stays open. Returns the lanes in which paths scatter.
     #[inline(always)]
     pub(super) fn pass_through<S: Width>(
         &self,

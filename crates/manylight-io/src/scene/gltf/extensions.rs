@@ -102,8 +102,7 @@ impl Lobes {
         self.f0 *= json.fraction("specularFactor", 1.0);
         let color = Rgb::from(json.floats("specularColorFactor", [1.0; 3]));
         let color = color.map(|v| v.max(0.0));
-        let is_gray = color.r == color.g && color.g == color.b;
-        if is_gray && !json.has("specularColorTexture") && !json.has("specularTexture") {
+        if color.is_gray() && !json.has("specularColorTexture") && !json.has("specularTexture") {
             self.f0 *= color.mean();
             return;
         }
@@ -131,8 +130,8 @@ impl Lobes {
         }
         let strength = reader.textures.scaled(strength, texture);
         match (base.roughness, strength) {
-            (FloatInput::Constant(_), FloatInput::Constant(strength)) => {
-                self.set_constant_anisotropy(base.roughness_factor, strength, is_across);
+            (FloatInput::Constant(roughness), FloatInput::Constant(strength)) => {
+                self.set_constant_anisotropy(roughness, strength, is_across);
             }
             _ => self.set_textured_anisotropy(reader, base.roughness, strength, is_across),
         }

@@ -17,7 +17,6 @@ pub(super) struct Base {
     pub(super) opacity: ColorInput,
     pub(super) metallic: FloatInput,
     pub(super) roughness: FloatInput,
-    pub(super) roughness_factor: f32,
     /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
     pub(super) f0: Option<f32>,
 }
@@ -30,7 +29,6 @@ impl Default for Base {
             opacity: WHITE,
             metallic: FloatInput::Constant(1.0),
             roughness: FloatInput::Constant(1.0),
-            roughness_factor: 1.0,
             f0: None,
         }
     }

@@ -58,7 +58,7 @@ pub(super) struct SurfaceMaterial {
     pub(super) is_opaque: bool,
 }
 
-/// What a surface is made of.
+/// The surfaces that show one primitive of the file.
 #[derive(Clone, Copy, Debug)]
 enum Surfaces {
     One,
@@ -280,7 +280,6 @@ impl<'a> MaterialReader<'a, '_> {
             opacity,
             roughness: scaled(roughness_factor, 1),
             metallic: scaled(metallic_factor, 2),
-            roughness_factor,
             f0: None,
         }
     }

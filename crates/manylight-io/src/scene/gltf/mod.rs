@@ -154,17 +154,9 @@ fn drop_full_masks(desc: &mut SceneDesc) {
     // Each image is read once, whatever number of materials has it.
     let mut full: HashMap<TextureId, bool> = HashMap::new();
     let textures = &desc.textures;
-    let mut is_full = |opacity: FloatInput| {
-        match opacity {
+    let mut is_full = |opacity: FloatInput| match opacity {
         FloatInput::Constant(_) => false,
-        FloatInput::Texture(id) => *full.entry(id).or_insert_with(|| {
-            let texture = match &textures[id.index()] {
-                Texture::Transformed { inner, .. } => &textures[inner.index()],
-                texture => texture,
-            };
-            matches!(texture, Texture::Bitmap(bitmap) if bitmap.image.data.iter().all(|v| *v == 1.0))
-        }),
-    }
+        FloatInput::Texture(id) => *full.entry(id).or_insert_with(|| is_one(textures, id)),
     };
     for i in 0..desc.materials.len() {
         if let Material::Mask { opacity, inner } = desc.materials[i]
@@ -181,6 +173,15 @@ fn drop_full_masks(desc: &mut SceneDesc) {
         {
             *radiance = second;
         }
+    }
+}
+
+/// Whether a texture is an image of the value 1 everywhere.
+fn is_one(textures: &[Texture], id: TextureId) -> bool {
+    match &textures[id.index()] {
+        Texture::Transformed { inner, .. } => is_one(textures, *inner),
+        Texture::Bitmap(bitmap) => bitmap.image.data.iter().all(|v| *v == 1.0),
+        _ => false,
     }
 }
 

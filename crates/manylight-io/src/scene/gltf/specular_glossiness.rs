@@ -57,7 +57,6 @@ pub(super) fn specular_glossiness<'a>(
             },
             texture,
         ),
-        roughness_factor: 1.0 - glossiness,
         f0: Some(f0),
     }
 }

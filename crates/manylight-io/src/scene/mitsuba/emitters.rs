@@ -344,7 +344,8 @@ struct Spot {
 const RIM_POINTS: i32 = 360;
 /// Relative margin of the widest angle, for the directions between the points.
 const RIM_MARGIN: f64 = 1e-3;
-/// Largest difference of a scale from 1 that counts as rounding.
+/// Largest difference of a scale from 1, and of the cosine between axes from 0, that counts as
+/// rounding.
 const UNSCALED: f64 = 1e-4;
 
 /// Whether the axes of a transform are perpendicular to each other.

@@ -7,13 +7,13 @@ pub(super) enum Elements {
     Whole,
     /// A shape for each triangle.
     Triangles,
-    /// Shapes of so many successive triangles each.
+    /// A shape for each run of successive triangles, with the number of triangles of each.
     Runs(Vec<u32>),
-    /// Runs of as many triangles, whose power is this factor of that of the light.
+    /// A shape for each run of `triangles` successive triangles.
     Equal {
         /// Triangles of a run.
         triangles: usize,
-        /// Factor of the power.
+        /// Power of a shape over that of the light.
         power: f32,
     },
 }

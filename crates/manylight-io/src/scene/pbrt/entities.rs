@@ -107,7 +107,7 @@ pub(super) struct Entities<'a> {
     pub(super) instances: Vec<InstanceEntity>,
     /// Whether the world has an end, which PBRT v4 does not know.
     pub(super) has_world_end: bool,
-    /// Blocks whose ends are wrong in PBRT v4.
+    /// Ends of blocks that are errors in PBRT v4.
     pub(super) wrong_blocks: Vec<WrongBlock>,
     /// Where the scene file begins, for messages about the scene as a whole.
     pub(super) start: Option<FileSpan>,

@@ -5,9 +5,9 @@ use crate::color::Rgb;
 use crate::emitters::point::spot_direction;
 use crate::emitters::{Emitter, SpotFalloff};
 use crate::geometry::Geometry;
-use crate::math::Vec2;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
-use crate::texture::{ColorInput, TextureBounds};
+use crate::texture::{ColorInput, Texture, TextureBounds};
 use std::f32::consts::PI;
 
 /// Points per dimension at which textured radiance is averaged over an element. Not measured:
@@ -56,6 +56,19 @@ fn direction_grid() -> impl Iterator<Item = Vec2> {
         .map(|cell| (cell + 0.5) / DIRECTION_GRID as f32)
 }
 
+/// Flux in W of a spot whose directions `sample` draws, with their densities in 1/sr.
+fn sampled_power(
+    emitter: &Emitter,
+    textures: &[Texture],
+    sample: impl Fn(Vec2) -> (Vec3, f32),
+) -> Rgb {
+    let sum: Rgb = direction_grid()
+        .map(sample)
+        .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
+        .sum();
+    sum / GRID_POINTS
+}
+
 /// Flux of a point or spot in W; black for other emitters.
 pub(in crate::emitters) fn point_power(emitter: &Emitter, bounds: &TextureBounds<'_>) -> Rgb {
     let textures = bounds.textures();
@@ -80,30 +93,18 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, bounds: &TextureBounds
             projector: Some(projector),
             ..
         } => {
-            let sum: Rgb = direction_grid()
-                .map(|u| spot_direction(direction, cutoff, Some(&projector), u))
-                .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
-                .sum();
+            let power = sampled_power(emitter, textures, |u| {
+                spot_direction(direction, cutoff, Some(&projector), u)
+            });
             let brightest = bounds.luminance(projector.texture);
             let (_, pdf) = spot_direction(direction, cutoff, Some(&projector), Vec2::splat(0.5));
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX / pdf);
-            (sum / GRID_POINTS).zip(floor, f32::max)
-        }
-        Emitter::Spot {
-            direction,
-            cutoff,
-            falloff: SpotFalloff::Deformed(_),
-            ..
-        } => {
-            let sum: Rgb = direction_grid()
-                .map(|u| spot_direction(direction, cutoff, None, u))
-                .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
-                .sum();
-            sum / GRID_POINTS
+            power.zip(floor, f32::max)
         }
         // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or
         // point-symmetric in the cosine; of 1/cos³θ it is tan²θ / 2.
         Emitter::Spot {
+            direction,
             intensity,
             cutoff,
             beam_width,
@@ -118,7 +119,11 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, bounds: &TextureBounds
                 // ∫ t⁴ dt is 1/5.
                 SpotFalloff::QuarticCosine => 0.2 * cutoff.cos() + 0.8 * beam_width.cos(),
                 SpotFalloff::FlatIrradiance => return intensity * (PI * cutoff.tan().powi(2)),
-                SpotFalloff::Deformed(_) => cutoff.cos(),
+                SpotFalloff::Deformed(_) => {
+                    return sampled_power(emitter, textures, |u| {
+                        spot_direction(direction, cutoff, None, u)
+                    });
+                }
             };
             intensity * (2.0 * PI * (1.0 - mean_cos))
         }

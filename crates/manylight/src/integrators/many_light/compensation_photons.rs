@@ -133,7 +133,8 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
 }
 
 /// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of one
-/// pixel in the first pass. Photons survive in proportion to it, with their flux divided by the probability.
+/// pixel in the first pass. Photons survive in proportion to it, with their flux divided by the
+/// probability.
 pub(super) fn assigned(
     cx: &GroupContext,
     reflected: Vec<ReflectedPhoton>,

@@ -54,8 +54,8 @@ pub struct PassGroup {
     pub photon_paths: u32,
     /// Importon paths.
     pub importon_paths: u32,
-    /// Placed lights per light that some pass sums. The others represent their part of the flux, but
-    /// are not evaluated.
+    /// Placed lights per light that some pass sums. The others represent their part of the flux,
+    /// but are not evaluated.
     pub placed_per_shaded: u32,
     /// Lights that are placed.
     pub placed_lights: u32,

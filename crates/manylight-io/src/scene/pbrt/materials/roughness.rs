@@ -15,8 +15,6 @@ use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, TexturePoint, W
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The prefix of the parameters of surfaces that PBRT v3 never treats as smooth.
-const ALWAYS_ROUGH: &str = "always rough";
 /// Alpha below which PBRT treats a surface as smooth.
 const SMOOTH: f32 = 1e-3;
 
@@ -38,6 +36,19 @@ fn alpha_v3(roughness: f32) -> f32 {
     1.621_42 + x * (0.819_955 + x * (0.173_4 + x * (0.017_120_1 + x * 0.000_640_711)))
 }
 
+/// The roughness with alphas along u and v, at least [`SMOOTH`].
+fn of_alphas(alphas: [FloatInput; 2]) -> Roughness {
+    let [alpha_u, alpha_v] = alphas.map(|input| match input {
+        FloatInput::Constant(alpha) => FloatInput::Constant(alpha.max(SMOOTH)),
+        texture => texture,
+    });
+    Roughness {
+        distribution: Distribution::Ggx,
+        alpha_u,
+        alpha_v,
+    }
+}
+
 impl Builder<'_> {
     /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, with `prefix`
     /// before their names. `None`: smooth.
@@ -47,6 +58,29 @@ impl Builder<'_> {
         prefix: &str,
         default: f32,
     ) -> Option<Roughness> {
+        let inputs = self.roughness_inputs(entity, prefix, default);
+        let is_zero = |input: &FloatInput| *input == FloatInput::Constant(0.0);
+        let smooth_in_v3 = self.is_v3 && inputs.iter().all(is_zero);
+        let alphas = self.alphas(entity, inputs);
+        let is_smooth = |input| matches!(input, FloatInput::Constant(alpha) if alpha < SMOOTH);
+        let is_smooth = smooth_in_v3 || alphas.into_iter().all(is_smooth);
+        (!is_smooth).then(|| of_alphas(alphas))
+    }
+
+    /// The roughness of microfacets that PBRT v3 does not replace by a smooth surface at roughness
+    /// 0.
+    pub(super) fn facets(&mut self, entity: &Entity<'_>, default: f32) -> Roughness {
+        let inputs = self.roughness_inputs(entity, "", default);
+        of_alphas(self.alphas(entity, inputs))
+    }
+
+    /// Roughness along u and v; parameters as in [`Builder::roughness`].
+    fn roughness_inputs(
+        &mut self,
+        entity: &Entity<'_>,
+        prefix: &str,
+        default: f32,
+    ) -> [FloatInput; 2] {
         let names = match prefix {
             "interface." => [
                 "interface.roughness",
@@ -61,44 +95,19 @@ impl Builder<'_> {
             _ => ["roughness", "uroughness", "vroughness"],
         };
         let both = self.float_input(entity, names[0], default);
-        let u = self.maybe_float_input(entity, names[1]).unwrap_or(both);
-        let v = self.maybe_float_input(entity, names[2]).unwrap_or(both);
+        [names[1], names[2]].map(|name| self.maybe_float_input(entity, name).unwrap_or(both))
+    }
+
+    /// Alpha along u and v.
+    fn alphas(&mut self, entity: &Entity<'_>, [u, v]: [FloatInput; 2]) -> [FloatInput; 2] {
         let remap = entity.params.boolean("remaproughness", true);
-        let smooth_in_v3 = self.is_v3
-            && prefix != ALWAYS_ROUGH
-            && [u, v]
-                .iter()
-                .all(|input| *input == FloatInput::Constant(0.0));
         let alpha_u = self.alpha(entity, u, remap);
         let alpha_v = if u == v {
             alpha_u
         } else {
             self.alpha(entity, v, remap)
         };
-        let is_smooth = |input| matches!(input, FloatInput::Constant(alpha) if alpha < SMOOTH);
-        let is_smooth = smooth_in_v3 || is_smooth(alpha_u) && is_smooth(alpha_v);
-        if is_smooth && prefix != ALWAYS_ROUGH {
-            return None;
-        }
-        let limited = |input| match input {
-            FloatInput::Constant(alpha) => FloatInput::Constant(alpha.max(SMOOTH)),
-            texture => texture,
-        };
-        Some(Roughness {
-            distribution: Distribution::Ggx,
-            alpha_u: limited(alpha_u),
-            alpha_v: limited(alpha_v),
-        })
-    }
-
-    /// The roughness of a surface of PBRT v3 whose microfacets have one at 0, too.
-    pub(super) fn facets(&mut self, entity: &Entity<'_>, default: f32) -> Roughness {
-        self.roughness(entity, ALWAYS_ROUGH, default)
-            .unwrap_or(Roughness {
-                distribution: Distribution::Ggx,
-                alpha_u: FloatInput::Constant(SMOOTH),
-                alpha_v: FloatInput::Constant(SMOOTH),
-            })
+        [alpha_u, alpha_v]
     }
 
     /// Alpha of a roughness.

@@ -155,7 +155,7 @@ impl Builder<'_> {
     ) -> MaterialId {
         let amount = self.reflectance(entity, "amount", 0.5);
         if let ColorInput::Constant(color) = amount
-            && !is_gray(color)
+            && !color.is_gray()
         {
             let twice = |color: Rgb| ColorInput::Constant(color * 2.0);
             let mut left = MAX_PARTS;
@@ -185,7 +185,7 @@ impl Builder<'_> {
         color: ColorInput,
     ) -> FloatInput {
         match (color, entity.params.get(name)) {
-            (ColorInput::Constant(color), _) if !is_gray(color) => {
+            (ColorInput::Constant(color), _) if !color.is_gray() => {
                 FloatInput::Constant(color.luminance())
             }
             (ColorInput::Texture(texture), Some(param)) => {
@@ -201,7 +201,7 @@ impl Builder<'_> {
     pub(super) fn with_opacity(&mut self, entity: &Entity<'_>, mut parts: Vec<Part>) -> MaterialId {
         let opacity = self.reflectance(entity, "opacity", 1.0);
         if let ColorInput::Constant(color) = opacity
-            && !is_gray(color)
+            && !color.is_gray()
         {
             for part in &mut parts {
                 self.multiply(&mut part.material, opacity);
@@ -227,8 +227,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Microfacets that reflect by Fresnel's equations for a dielectric, and transmit nothing: a
-    /// conductor whose index has no imaginary part.
+    /// A surface that reflects by Fresnel's equations for a dielectric of index `eta`, and transmits
+    /// nothing. It is a conductor without extinction (`k` = 0).
     pub(super) fn dielectric_reflection(
         eta: f32,
         color: ColorInput,
@@ -261,17 +261,13 @@ fn one_minus(color: Rgb) -> Rgb {
     color.map(|v| 1.0 - v)
 }
 
-fn is_gray(color: Rgb) -> bool {
-    color.r == color.g && color.g == color.b
-}
-
 /// Whether a texture has no colors, as far as its inputs say.
 fn is_gray_texture(desc: &SceneDesc, texture: TextureId) -> bool {
     let mut seen = HashSet::new();
     let mut pending = vec![ColorInput::Texture(texture)];
     while let Some(input) = pending.pop() {
         let id = match input {
-            ColorInput::Constant(color) if is_gray(color) => continue,
+            ColorInput::Constant(color) if color.is_gray() => continue,
             ColorInput::Constant(_) => return false,
             ColorInput::Texture(id) => id,
         };

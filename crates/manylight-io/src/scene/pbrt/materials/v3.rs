@@ -270,6 +270,7 @@ impl Builder<'_> {
             self.both_sides(material)
         }
     }
+
     /// The model of thin surfaces.
     fn thin_disney(&mut self, entity: &Entity<'_>) -> MaterialId {
         let coat = ["scatterdistance", "clearcoat", "clearcoatgloss", "metallic"];
