@@ -39,7 +39,12 @@ fn check_material(desc: &SceneDesc, material: &Material) -> Checked {
             check_eta(eta)?;
             check_number("the roughness", roughness.map_or(0.0, |(_, alpha)| alpha))
         }
-        Material::Principled(ref p) => check_eta(p.eta),
+        Material::Principled(ref p) => {
+            let film = p.layers.and_then(|layers| layers.film);
+            check_eta(film.map_or(1.0, |film| film.eta))?;
+            check_eta(p.eta)
+        }
+        Material::DiffuseTransmitter { below, .. } => check_eta(below.map_or(1.0, |b| b.eta)),
         _ => Ok(()),
     }
 }

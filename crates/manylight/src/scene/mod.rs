@@ -16,7 +16,7 @@ pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
 pub use names::SurfaceNames;
 
-use crate::bsdf::{Bsdf, Material, Materials};
+use crate::bsdf::{Bsdf, Materials};
 use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, Emitters};
 use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
@@ -109,11 +109,7 @@ impl Scene {
         };
         let is_glass = |id: PrimitiveId| {
             let material = self.geometry.primitives()[id.index()].material;
-            self.materials.is_transparent(material)
-                || matches!(
-                    self.materials.descriptions()[material.index()],
-                    Material::Dielectric { .. }
-                )
+            self.materials.is_transparent(material) || self.materials.refracts(material)
         };
         EmissionGuide::new(&self.emitters, &self.geometry, rays, is_glass)
     }

@@ -179,6 +179,14 @@ impl Textures {
         ColorInput::Texture(add(&mut self.list, mix))
     }
 
+    /// One minus a number.
+    pub(super) fn one_minus(&mut self, number: FloatInput) -> FloatInput {
+        match number {
+            FloatInput::Constant(value) => FloatInput::Constant(1.0 - value),
+            textured => as_float(self.mix(WHITE, ColorInput::Constant(Rgb::BLACK), textured)),
+        }
+    }
+
     /// A power of a number.
     pub(super) fn power(&mut self, number: FloatInput, exponent: f32) -> FloatInput {
         match number {
@@ -305,8 +313,9 @@ pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> Ver
     infos.retain(|info| !info.path().ends_with("/occlusionTexture"));
     let rank = |info: &Json<'_>| match info.path().rsplit('/').next() {
         Some("normalTexture") => 0,
-        Some("baseColorTexture" | "diffuseTexture") => 1,
-        _ => 2,
+        Some("clearcoatNormalTexture") => 1,
+        Some("baseColorTexture" | "diffuseTexture") => 2,
+        _ => 3,
     };
     infos.sort_by_key(rank);
     let mut sets = Vec::new();
@@ -315,7 +324,11 @@ pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> Ver
             sets.push(set);
         }
     }
+    let is_normal = |info: &Json<'_>| {
+        let name = info.path().rsplit('/').next();
+        matches!(name, Some("normalTexture" | "clearcoatNormalTexture"))
+    };
     let tangents =
-        json.has("normalTexture") || json.extension("KHR_materials_anisotropy").is_some();
+        infos.iter().any(is_normal) || json.extension("KHR_materials_anisotropy").is_some();
     VertexNeeds { sets, tangents }
 }

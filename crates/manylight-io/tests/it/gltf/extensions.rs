@@ -119,21 +119,6 @@ fn lobes_of_extensions() {
             json!({ "sheenColorFactor": [1, 1, 1] }),
             "sheen is approximated",
         ),
-        (
-            "KHR_materials_iridescence",
-            json!({ "iridescenceFactor": 1 }),
-            "thin-film interference",
-        ),
-        (
-            "KHR_materials_dispersion",
-            json!({ "dispersion": 1 }),
-            "dispersion",
-        ),
-        (
-            "KHR_materials_diffuse_transmission",
-            json!({ "diffuseTransmissionFactor": 1 }),
-            "diffuse transmission",
-        ),
         ("KHR_materials_unlit", json!({}), "unlit materials"),
     ] {
         let (_, warnings) = extended(name, extension, 0.5);
