@@ -12,6 +12,14 @@ pub(super) fn check_materials(desc: &SceneDesc) -> Checked {
     for (i, material) in desc.materials.iter().enumerate() {
         check_material(desc, material).map_err(|e| with_context(&format!("material {i}"), &e))?;
     }
+    for medium in &desc.media {
+        check_index("material", medium.material.index(), desc.materials.len())?;
+        let Rgb { r, g, b } = medium.absorption;
+        let is_valid = |v: f32| v.is_finite() && v >= 0.0;
+        ensure([r, g, b].into_iter().all(is_valid), || {
+            format!("the absorption {r}, {g}, {b} of a medium is negative or not finite")
+        })?;
+    }
     let mut states = vec![VisitState::New; desc.materials.len()];
     (0..desc.materials.len()).try_for_each(|i| check_cycles(desc, &mut states, i))
 }

@@ -6,14 +6,16 @@ mod check_materials;
 mod check_sensors;
 pub mod desc;
 pub mod error;
+mod media;
 mod names;
 mod nesting;
 #[cfg(test)]
 mod tests;
 
 pub use check::check_textures;
-pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
+pub use desc::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
+pub(crate) use media::Media;
 pub use names::SurfaceNames;
 
 use crate::bsdf::{Bsdf, Materials};
@@ -37,6 +39,8 @@ pub struct Scene {
     pub geometry: Geometry,
     /// Materials of the surfaces.
     pub materials: Materials,
+    /// Media inside of surfaces.
+    pub(crate) media: Media,
     /// Textures of materials and emitters.
     pub textures: Vec<Texture>,
     /// Emitters.
@@ -61,6 +65,7 @@ impl Scene {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
         let materials = Materials::new(desc.materials);
+        let media = Media::new(&desc.media);
         let groups = group_ranges(desc.primitives.len(), &desc.groups);
         let placed = desc
             .primitives
@@ -74,6 +79,7 @@ impl Scene {
         Ok(Scene {
             geometry,
             materials,
+            media,
             textures: desc.textures,
             emitters,
             sensor,

@@ -7,6 +7,7 @@ use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
 use super::origin::Origin;
+use super::textures::VertexInputs;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Distribution, Roughness};
 use manylight::color::Rgb;
@@ -71,9 +72,8 @@ impl Glass {
         };
         let roughness = roughness(reader, base);
         let parts = if is_solid {
-            let transmittance = volume.map_or(Rgb::WHITE, |volume| {
-                absorption(&volume, reader.vertices.scale)
-            });
+            let transmittance =
+                volume.map_or(Rgb::WHITE, |volume| absorption(&volume, reader.vertices));
             let tint = tint(reader, transmittance, base);
             // A scattering function has four leaves at most.
             let has_space = weight == FloatInput::Constant(1.0) || lobes.is_one_leaf();
@@ -185,19 +185,38 @@ fn tint(reader: &mut MaterialReader<'_, '_>, transmittance: Rgb, base: &Base) ->
     }
 }
 
-/// Transmittance over the thickness of a volume, which is given in the space of its mesh, while the
-/// distance of attenuation is given in the world.
-pub(super) fn absorption(volume: &Json<'_>, scale: f32) -> Rgb {
+/// Color and distance in m of the attenuation in a volume; `None` if it absorbs nothing.
+fn attenuation(volume: &Json<'_>) -> Option<(Rgb, f32)> {
     let color = reflectance(volume.floats("attenuationColor", [1.0; 3]));
     let positive = |v: f32| v > 0.0;
     let distance = volume.float_where("attenuationDistance", f32::INFINITY, positive, "positive");
-    if color == Rgb::WHITE || !distance.is_finite() {
+    (color != Rgb::WHITE && distance.is_finite()).then_some((color, distance))
+}
+
+/// Absorption coefficient in 1/m inside of the body of a mesh; `None` if the mesh is no body, or
+/// absorbs nothing.
+pub(super) fn medium(material: &Json<'_>, vertices: &VertexInputs<'_>) -> Option<Rgb> {
+    let volume = thick_volume(material).filter(|_| vertices.is_body)?;
+    let (color, distance) = attenuation(&volume)?;
+    // Finite where a channel of the color is 0, or the distance is tiny.
+    let most = f32::MAX;
+    Some(color.map(|v| (-v.max(f32::MIN_POSITIVE).ln() / distance).min(most)))
+}
+
+/// Transmittance that the surface of a volume has in the place of its inside: that over the
+/// thickness, where the surface is not that of a body. The thickness is given in the space of the
+/// mesh, the distance of attenuation in the world.
+pub(super) fn absorption(volume: &Json<'_>, vertices: &VertexInputs<'_>) -> Rgb {
+    if vertices.is_body {
         return Rgb::WHITE;
     }
+    let Some((color, distance)) = attenuation(volume) else {
+        return Rgb::WHITE;
+    };
     volume.warn_once(
         "absorption",
-        "absorption along paths in a volume is not simulated; the color over its `thicknessFactor` tints its surface",
+        "absorption along paths in a volume whose surface is not closed is not simulated; the color over its `thicknessFactor` tints its surface",
     );
-    let thickness = volume.float("thicknessFactor", 0.0) * scale;
+    let thickness = volume.float("thicknessFactor", 0.0) * vertices.scale;
     color.map(|v| v.powf(thickness / distance))
 }

@@ -15,6 +15,7 @@ use super::super::options::GltfOptions;
 use super::super::parameters::Numbers;
 use super::document::Document;
 use super::extensions::Lobes;
+use super::glass::medium;
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
@@ -25,6 +26,7 @@ use crate::suggest::with_list;
 use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
+use manylight::scene::MediumDesc;
 use manylight::texture::{ColorInput, FloatInput};
 use std::collections::HashMap;
 
@@ -39,8 +41,10 @@ pub(super) struct Materials {
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
     /// Materials without vertex attributes, which meshes share: by index, primary set of texture
-    /// coordinates, and bits of the scale.
-    shared: HashMap<(Option<usize>, usize, u32), SurfaceMaterial>,
+    /// coordinates, bits of the scale, and whether the mesh is a body.
+    shared: HashMap<(Option<usize>, usize, u32, bool), SurfaceMaterial>,
+    /// Absorption coefficients inside of bodies, in 1/m.
+    absorption: HashMap<MaterialId, Rgb>,
 }
 
 /// What a surface is made of.
@@ -55,6 +59,8 @@ pub(super) struct SurfaceMaterial {
     pub(super) double_sided: bool,
     /// Whether its opacity is 1.
     pub(super) is_opaque: bool,
+    /// Absorption coefficient inside, in 1/m.
+    absorption: Option<Rgb>,
 }
 
 impl Materials {
@@ -66,7 +72,12 @@ impl Materials {
         vertices: &VertexInputs<'_>,
     ) -> SurfaceMaterial {
         let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty();
-        let key = (index, vertices.primary, vertices.scale.to_bits());
+        let key = (
+            index,
+            vertices.primary,
+            vertices.scale.to_bits(),
+            vertices.is_body,
+        );
         if let Some(material) = self.shared.get(&key).filter(|_| is_shared) {
             return *material;
         }
@@ -81,6 +92,9 @@ impl Materials {
             .surface(),
             None => self.default_material(vertices),
         };
+        if let Some(absorption) = material.absorption {
+            self.absorption.insert(material.id, absorption);
+        }
         if let Some(index) = index {
             let name = document.materials[index].string("name");
             let name = name.map_or_else(|| format!("material_{index}"), str::to_owned);
@@ -90,6 +104,19 @@ impl Materials {
             self.shared.insert(key, material);
         }
         material
+    }
+
+    /// The media inside of bodies, in the order of materials.
+    pub(super) fn media(&self) -> Vec<MediumDesc> {
+        let absorption = self.absorption.iter();
+        let mut media: Vec<MediumDesc> = absorption
+            .map(|(&material, &absorption)| MediumDesc {
+                material,
+                absorption,
+            })
+            .collect();
+        media.sort_unstable_by_key(|medium| medium.material);
+        media
     }
 
     /// The default of the specification.
@@ -109,6 +136,7 @@ impl Materials {
             radiance: None,
             double_sided: false,
             is_opaque: true,
+            absorption: None,
         }
     }
 }
@@ -142,6 +170,7 @@ impl<'a> MaterialReader<'a, '_> {
             radiance,
             double_sided,
             is_opaque: opacity == FloatInput::Constant(1.0),
+            absorption: medium(self.json, self.vertices).filter(|_| !is_unlit),
         }
     }
 

@@ -120,7 +120,7 @@ impl<'a> MaterialReader<'a, '_> {
     ) -> MaterialId {
         let dielectric = self.textures.one_minus(base.metallic);
         let absorbed = thick_volume(self.json).map_or(Rgb::WHITE, |volume| {
-            absorption(&volume, self.vertices.scale).map(f32::sqrt)
+            absorption(&volume, self.vertices).map(f32::sqrt)
         });
         let factors = [
             as_color(through.weight),

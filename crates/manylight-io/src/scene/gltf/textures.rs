@@ -23,6 +23,8 @@ pub(super) struct VertexInputs<'m> {
     pub(super) colors: &'m [[f32; 4]],
     /// From the space of the mesh to the world.
     pub(super) scale: f32,
+    /// Whether the primitive is the whole surface of a body, if its material absorbs light within.
+    pub(super) is_body: bool,
 }
 
 /// All textures of a scene.
@@ -290,6 +292,8 @@ pub(super) struct VertexNeeds {
     pub(super) sets: Vec<usize>,
     /// Whether the directions of the tangents matter.
     pub(super) tangents: bool,
+    /// Whether it matters if the primitive is closed.
+    pub(super) body: bool,
 }
 
 /// All references to textures within a material.
@@ -330,5 +334,9 @@ pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> Ver
     };
     let tangents =
         infos.iter().any(is_normal) || json.extension("KHR_materials_anisotropy").is_some();
-    VertexNeeds { sets, tangents }
+    VertexNeeds {
+        sets,
+        tangents,
+        body: json.extension("KHR_materials_volume").is_some(),
+    }
 }

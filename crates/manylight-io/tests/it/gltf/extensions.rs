@@ -50,7 +50,10 @@ fn glass_is_thin_without_a_volume() {
     let desc = load_scene(&folder.file, &LoadOptions::default())
         .unwrap()
         .desc;
-    assert!(folder.problems()[0].contains("absorption along paths in a volume is not simulated"));
+    assert!(
+        folder.problems()[0]
+            .contains("absorption along paths in a volume whose surface is not closed")
+    );
     let Material::Blend {
         weight: FloatInput::Constant(0.5),
         second,

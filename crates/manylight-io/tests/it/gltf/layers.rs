@@ -339,6 +339,71 @@ fn dispersion_has_an_index_for_each_channel() {
     ));
 }
 
+/// The document with a closed tetrahedron of volume 1/6 in the place of the triangle.
+fn tetrahedron(mut document: Value) -> Value {
+    let corners = bytes_of(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let positions = add_accessor(&mut document, &corners, 5126, 4, "VEC3");
+    let faces = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
+    let indices = add_accessor(&mut document, &faces, 5121, 12, "SCALAR");
+    let primitive = "/meshes/0/primitives/0";
+    let attributes = json!({ "POSITION": positions });
+    set(
+        &mut document,
+        &format!("{primitive}/attributes"),
+        attributes,
+    );
+    set(
+        &mut document,
+        &format!("{primitive}/indices"),
+        json!(indices),
+    );
+    document
+}
+
+#[test]
+fn bodies_absorb_along_paths() {
+    let body = |distance: Value| {
+        tetrahedron(document(json!({
+            "pbrMetallicRoughness": {
+                "metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [0.25, 1, 1, 1]
+            },
+            "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": 1 },
+                "KHR_materials_volume": {
+                    "thicknessFactor": 3, "attenuationColor": [0.5, 1, 0], "attenuationDistance": distance
+                }
+            }
+        })))
+    };
+    let mut document = body(json!(2));
+    // The distance is one in the world.
+    set(&mut document, "/nodes/0/scale", json!([4, 4, 4]));
+    let desc = load(&document);
+    let [medium] = desc.media[..] else {
+        panic!("{:?}", desc.media)
+    };
+    assert_eq!(medium.material, desc.primitives[0].material);
+    let Rgb { r, g, b } = medium.absorption;
+    assert!((r - 0.5 * 2.0f32.ln()).abs() < 1e-6 && g == 0.0, "{r} {g}");
+    // Black as soon as possible, but finite.
+    assert!(b > 40.0 && b.is_finite(), "{b}");
+    let Material::Dielectric {
+        specular_transmittance,
+        ..
+    } = material_of(&desc, 0)
+    else {
+        panic!()
+    };
+    let tint = color_at(&desc, *specular_transmittance, 0.5);
+    assert!(close(tint, [0.5, 1.0, 1.0]), "{tint:?}");
+
+    let found = Folder::new(&body(json!(-2))).problems();
+    assert!(
+        matches!(found.as_slice(), [only] if only.contains("attenuationDistance: found -2, expected positive")),
+        "{found:?}"
+    );
+}
+
 #[test]
 fn what_layers_do_not_combine_is_named() {
     let film = json!({ "iridescenceFactor": 1 });
