@@ -8,9 +8,9 @@ use manylight::image::Image;
 /// and 32 passes, `rich-vpl` with 16).
 const SPREADING: f32 = 50.0;
 
-/// Passes below which variances miss rare bright samples: there, [`SPREADING`] grows by the square
-/// of the missing factor. After 4 passes the change is up to 138 in veach-mis, and at least 765 in
-/// many-lights-bunny.
+/// Passes below which variances miss rare bright samples: there, [`SPREADING`] grows by the third
+/// power of the missing factor. After 4 passes the change is 90 to more than 200 in veach-mis, and
+/// 765 or more in many-lights-bunny.
 const KNOWN_FROM: f32 = 8.0;
 
 /// Whether the filter has spread bright pixels of a term to others. `filtered`, `noisy` and
@@ -26,7 +26,7 @@ pub(crate) fn spreads(
 ) -> bool {
     let squares = (filtered.data.iter().zip(&noisy.data)).map(|(y, x)| (y - x) * (y - x));
     let change = relative_sum(squares, picture);
-    let factor = SPREADING * (KNOWN_FROM / passes.max(1) as f32).max(1.0).powi(2);
+    let factor = SPREADING * (KNOWN_FROM / passes.max(1) as f32).max(1.0).powi(3);
     change > factor * relative_sum(variance.data.iter().copied(), picture)
 }
 
