@@ -53,8 +53,8 @@ pub(super) struct Prefix {
     pub(super) number: Option<PathNumber>,
     /// Distance from the camera along the path, in m.
     pub(super) length: f32,
-    /// The path in the layers of first surfaces and events.
-    pub(super) event: SampleShare,
+    /// Weight by the reconstruction filter.
+    pub(super) filter_weight: f32,
 }
 
 /// See [`PathPart::Direction`].
@@ -119,11 +119,16 @@ impl PathState {
 impl CameraPath for PathState {
     #[inline(always)]
     fn first(&self) -> Option<FirstPart> {
-        self.prefix().map(|prefix| FirstPart {
+        let prefix = self.prefix()?;
+        let share = 1.0 / prefix.number?.count as f32;
+        Some(FirstPart {
             pixel: self.pixel,
             hidden: prefix.length,
-            event: prefix.event,
-            surface_share: prefix.event.share,
+            event: SampleShare {
+                filter_weight: prefix.filter_weight,
+                share,
+            },
+            surface_share: share,
         })
     }
 
