@@ -22,7 +22,8 @@ pub(super) fn materials(numbers: &mut Numbers, textures: usize) -> Vec<Material>
     list
 }
 
-/// A base whose coat is another material, the coat, and their sum, as materials from `start` on.
+/// Three materials, the first of index `start`: a base under a clear coat, the reflection of that
+/// coat, and the sum of both.
 /// The parts of sums must share the light, so that arbitrary ones are none.
 fn coated(numbers: &mut Numbers, textures: usize, start: usize) -> [Material; 3] {
     let base = PrincipledMaterial {

@@ -139,8 +139,8 @@ pub enum Material {
         /// At w = 1.
         second: MaterialId,
     },
-    /// The sum of two materials that share the light, such as a clear coat with normals of its own
-    /// and what is below it. Their albedos must not sum to more than 1, and their leaves not to
+    /// The sum of two materials that share the light, such as a clear coat and what is below it, with
+    /// different normals. Their albedos must not sum to more than 1, and their leaves not to
     /// more than four: leaves that are left out would lose their light.
     Sum {
         /// The first.

@@ -194,7 +194,8 @@ impl Lobes {
         }
     }
 
-    /// A coat. Its normals are those of the mesh, or of its own texture.
+    /// A clear coat. Its normals are those of `clearcoatNormalTexture`, or without one those of the
+    /// mesh.
     fn set_clearcoat<'a>(&mut self, reader: &mut MaterialReader<'a, '_>, json: &Json<'a>) {
         let factor = json.fraction("clearcoatFactor", 0.0);
         if factor == 0.0 {

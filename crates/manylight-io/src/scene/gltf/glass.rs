@@ -20,7 +20,7 @@ const SMALLEST_IOR: f32 = 1.001;
 
 /// The transmitting part of a material.
 pub(super) struct Glass {
-    /// Interfaces whose sum is the glass: one, or one for each channel.
+    /// The interfaces, which are added: a single one, or with dispersion one for each channel.
     pub(super) parts: Vec<Material>,
     /// Fraction of the light that does not enter the opaque part.
     pub(super) weight: FloatInput,

@@ -1,5 +1,5 @@
 //! The scattering models of a material, without its opacity: an opaque part, the reflection of a
-//! clear coat with normals of its own, diffuse transmission, and glass.
+//! clear coat with another normal texture, diffuse transmission, and glass.
 
 use super::super::description::{add, add_two_sided, as_color};
 use super::super::parameters::Numbers;
@@ -42,7 +42,7 @@ enum Seen {
 struct Models {
     /// The principled model on both sides.
     opaque: MaterialId,
-    /// The reflection of a clear coat with normals of its own.
+    /// The reflection of a clear coat with another normal texture than the rest.
     coat: Option<MaterialId>,
     transmitter: Option<MaterialId>,
     glass: Option<Glass>,

@@ -227,7 +227,7 @@ fn albedo(desc: SceneDesc, cos: f32) -> Rgb {
 }
 
 /// Fresnel's equations for an interface of index 1.5.
-fn fresnel(cos: f32) -> f32 {
+pub(super) fn fresnel(cos: f32) -> f32 {
     let t = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
     let (s, p) = (
         (cos - 1.5 * t) / (cos + 1.5 * t),

@@ -1,6 +1,7 @@
-//! Layers of materials: coats with normals of their own, thin films, diffuse transmission, and glass
-//! with dispersion.
+//! Layers of materials: coats with normal textures, thin films, diffuse transmission, and glass with
+//! dispersion.
 
+use super::extensions::fresnel;
 use super::materials::{close, color_at, document, inner, material_of, principled};
 use super::*;
 use manylight::bsdf::Material;
@@ -24,7 +25,7 @@ fn extended(color: [f32; 3], extensions: Value) -> SceneDesc {
     loaded.desc
 }
 
-/// The material with a normal texture of its own, and one of its coat.
+/// A coated material with the normal textures `base` and, of its coat, `coat`.
 fn coated(base: Option<Value>, coat: Option<Value>) -> SceneDesc {
     let mut material = json!({
         "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0.5 },
@@ -119,16 +120,6 @@ fn a_coat_apart_is_the_coat_of_the_model_where_normals_are_equal() {
     for (one, two) in one.into_iter().zip(two) {
         assert!((one.g / two.g - 1.0).abs() < 2e-3, "{one:?} {two:?}");
     }
-}
-
-/// Fresnel's equations for an interface of index 1.5.
-fn fresnel(cos: f32) -> f32 {
-    let t = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
-    let (s, p) = (
-        (cos - 1.5 * t) / (cos + 1.5 * t),
-        (t - 1.5 * cos) / (t + 1.5 * cos),
-    );
-    0.5 * (s * s + p * p)
 }
 
 #[test]
