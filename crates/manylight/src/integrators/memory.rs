@@ -2,6 +2,7 @@
 
 use super::many_light::{Compensation, EmissionKind, ManyLight, RadianceCache, Strategy};
 use super::method::{Method, MethodKind};
+use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
 use crate::bsdf::Lobes;
 use crate::film::Film;
@@ -43,18 +44,17 @@ impl Method {
         sums: usize,
         seed: u64,
     ) -> Vec<StageMemory> {
-        let film = Film::bytes_for(
-            scene.sensor.desc().film.crop_size,
-            &self.layers(),
-            &self.extra.id_layers(),
-            sums,
-        );
+        let (size, layers) = (scene.sensor.desc().film.crop_size, self.layers());
+        let mut film = Film::bytes_for(size, &layers, &self.extra.id_layers(), sums);
+        if let MethodKind::Mixed(_) = self.kind {
+            film = film.saturating_add(Mixed::bytes_for(size, &layers));
+        }
         let mut stages = vec![StageMemory {
             stage: "film",
             bytes: film,
         }];
         match &self.kind {
-            MethodKind::ManyLight(method) => {
+            MethodKind::ManyLight(method) | MethodKind::Mixed(Mixed { lights: method, .. }) => {
                 let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
                 stages.extend(of_many_light(method, scene, self.limits, last, seed));
             }

@@ -15,7 +15,7 @@ use super::gather_point::DIRECTIONS;
 use super::schedule::PassGroup;
 use super::{Effort, ManyLight, PreparedPasses};
 use crate::color::Rgb;
-use crate::film::{FilmSampler, Layer, shaded_pixels};
+use crate::film::{FilmSampler, Layer, Tiling, shaded_pixels};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
 use crate::sampling::{Pass, Stream};
@@ -237,9 +237,11 @@ fn term_variances<const N: usize>(
         let mut prepared = method.prepare(scene, limits, &group, &run);
         variants.each_ref().map(|variant| {
             variant(&mut prepared);
-            shaded_pixels(pixels.size(), &LAYERS, |samples| {
+            let layers = (LAYERS.as_slice(), [].as_slice());
+            let shaded = shaded_pixels(pixels.size(), layers, Tiling::UNSHIFTED, |samples| {
                 prepared.shade_tile(&run, &pixels, samples);
-            })
+            });
+            shaded.values
         })
     });
     std::array::from_fn(|k| variances(&a[k], &b[k]))
