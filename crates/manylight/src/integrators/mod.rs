@@ -2,6 +2,7 @@
 
 mod aov;
 mod camera_round;
+pub mod choice;
 mod connections;
 pub mod context;
 mod first_event;
@@ -16,6 +17,7 @@ mod path;
 pub mod photon_map;
 pub mod renderer;
 
+pub use choice::{Choice, ChoiceErrors, ChoicePrePass};
 pub use context::PassContext;
 pub use many_light::{InterimMaps, ManyLight, PlacedLight, PreparedPasses};
 pub use memory::StageMemory;

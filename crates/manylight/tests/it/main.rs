@@ -15,6 +15,7 @@ mod furnace;
 mod hidden_emitters;
 mod interim;
 mod layers;
+mod mixed;
 mod photon_map;
 mod source;
 mod unsafe_code;
