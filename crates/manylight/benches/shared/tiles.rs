@@ -48,6 +48,7 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (Prepared
         light_count: count,
         photon_paths: (4 * count).max(1 << 18),
         compensation: Compensation::None,
+        interleaving: 1,
         ..method
     };
     let set = method.prepare(scene, scene.limits, &method.pass_group(0), &run);
