@@ -44,7 +44,13 @@ fn the_sun_is_placed_by_time_or_direction() {
         "<emitter type='sunsky'><transform name='to_world'><rotate x='1' angle='-90'/><rotate y='1' angle='90'/></transform>
         <vector name='sun_direction' x='0.095695' y='0.782867' z='-0.614786'/></emitter>",
     );
-    for desc in [&old, &new] {
+    // A file of 0.x with the aperture of version 3 has the frame of version 3.
+    let mixed = load_version(
+        "0.5.0",
+        "<emitter type='sunsky'><transform name='toWorld'><rotate x='1' angle='-90'/><rotate y='1' angle='90'/></transform>
+        <float name='sunAperture' value='0.6'/><vector name='sunDirection' x='0.095695' y='0.782867' z='-0.614786'/></emitter>",
+    );
+    for desc in [&old, &new, &mixed] {
         assert!(
             brightest(desc).abs_diff_eq(sun, SUN_RADIUS),
             "{}",
@@ -62,6 +68,16 @@ fn the_sun_is_placed_by_time_or_direction() {
         "{}",
         brightest(&plain)
     );
+}
+
+#[test]
+fn a_sun_below_the_horizon_is_reported() {
+    let found = problems(
+        "3.0.0",
+        "<emitter type='sunsky'><vector name='sun_direction' x='0' y='1' z='-0.1'/></emitter>",
+    )
+    .join("\n");
+    assert!(found.contains("below the horizon"), "{found}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use super::super::description::Additions;
 use super::super::parameters::{Numbers, Parameters};
+use super::super::sink::Problem;
 use super::builder::DescBuilder;
 use super::colors::ColorUse;
 use super::props::Props;
@@ -43,7 +44,7 @@ impl DescBuilder<'_> {
         let to_world = props.to_world();
         self.check_unscaled(props, to_world);
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-        let (frame, scale) = if props.is_v0() {
+        let (frame, scale) = if has_y_up(props) {
             (to_world * z_up, props.float("scale", 1.0))
         } else {
             (to_world, 1.0)
@@ -81,6 +82,14 @@ impl DescBuilder<'_> {
         if props.is_v0() {
             self.warn_feature(props, "stretch", "is not supported; it is ignored");
             props.ignore(&["resolution", "extend", "sun_samples"]);
+        }
+        if parameters.sun_direction.z <= 0.0 {
+            let message = format!(
+                "the sun of {} is below the horizon: it emits nothing",
+                props.describe()
+            );
+            let problem = Problem::new("scene::suspicious", props.span(), message);
+            self.sink.warn_once("sun below the horizon", problem);
         }
         let image = bake_sunsky(&parameters, MAP_WIDTH);
         let world_from_emitter = rotation(frame) * sky_from_environment();
@@ -123,12 +132,18 @@ impl DescBuilder<'_> {
             return into_frame(direction);
         }
         let local = place_and_time(props).sun_direction();
-        if props.is_v0() {
+        if has_y_up(props) {
             let east_up_south = Vec3::new(-local.y, local.z, local.x).as_dvec3();
             return into_frame(to_world.transform_vector3(east_up_south));
         }
         local
     }
+}
+
+/// Whether the frame is that of 0.x. A file of 0.x with a parameter that only version 3 has is read
+/// by version 3.
+fn has_y_up(props: &Props<'_>) -> bool {
+    props.is_v0() && !props.has("sun_aperture")
 }
 
 fn place_and_time(props: &Props<'_>) -> PlaceAndTime {
