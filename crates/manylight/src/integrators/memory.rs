@@ -29,9 +29,9 @@ const PROBES: u32 = 4096;
 const LATE_PASS: u32 = 1 << 24;
 /// Copies of particles in memory: lists of tasks before one list of all, and sorted copies after.
 const COPIES: f64 = 2.0;
-/// Factor on the fraction of glossy lights: placement by importance may prefer glossy surfaces.
-/// Unmeasured: with a smaller factor, lights may take more memory than is estimated; a larger one
-/// refuses renders that would fit.
+/// Factor on the fraction of glossy photons: placement by importance may prefer glossy surfaces.
+/// The fraction of glossy lights is 0.3 to 1.35 times that of photons in nine scenes; in veach-ajar
+/// it is 0.12 instead of 0.012.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
 impl Method {
