@@ -4,16 +4,49 @@ use super::numbers::Numbers;
 use super::textures::{color_input, float_input};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
-    Bitangent, Distribution, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial,
-    Roughness, WardVariant,
+    BelowInterface, Bitangent, CoatReflection, Distribution, PrincipledLayers, PrincipledMaterial,
+    PrincipledThinMaterial, Roughness, ThinFilm, WardVariant,
 };
+use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
+use manylight::texture::{ColorInput, FloatInput};
 
 pub(super) fn materials(numbers: &mut Numbers, textures: usize) -> Vec<Material> {
     let count = 1 + numbers.below(5);
-    (0..count)
+    let mut list: Vec<Material> = (0..count)
         .map(|_| material(numbers, textures, count))
-        .collect()
+        .collect();
+    if numbers.flag() {
+        list.extend(coated(numbers, textures, count));
+    }
+    list
+}
+
+/// A base whose coat is another material, the coat, and their sum, as materials from `start` on.
+/// The parts of sums must share the light, so that arbitrary ones are none.
+fn coated(numbers: &mut Numbers, textures: usize, start: usize) -> [Material; 3] {
+    let base = PrincipledMaterial {
+        spec_trans: FloatInput::Constant(0.0),
+        layers: Some(layers(numbers, textures, CoatReflection::Apart)),
+        ..principled(numbers, textures)
+    };
+    let gray = |v: f32| ColorInput::Constant(Rgb::splat(v));
+    let alpha = float_input(numbers, textures, 1.0);
+    let coat = Material::Conductor {
+        eta: gray(1.5),
+        k: gray(0.0),
+        specular_reflectance: gray(numbers.unit()),
+        roughness: Some(Roughness {
+            distribution: Distribution::Ggx,
+            alpha_u: alpha,
+            alpha_v: alpha,
+        }),
+    };
+    let sum = Material::Sum {
+        first: MaterialId::from(start),
+        second: MaterialId::from(start + 1),
+    };
+    [Material::Principled(Box::new(base)), coat, sum]
 }
 
 fn distribution(numbers: &mut Numbers) -> Distribution {
@@ -63,7 +96,7 @@ fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
 
 /// A scattering model.
 fn model(numbers: &mut Numbers, textures: usize) -> Material {
-    match numbers.below(11) {
+    match numbers.below(12) {
         0 => Material::Diffuse {
             reflectance: color_input(numbers, textures, 1.0),
         },
@@ -74,6 +107,10 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
         },
         2 => Material::DiffuseTransmitter {
             transmittance: color_input(numbers, textures, 1.0),
+            below: numbers.flag().then(|| BelowInterface {
+                eta: numbers.float(1.0, 2.0),
+                coat: float_input(numbers, textures, 1.0),
+            }),
         },
         3 => Material::Conductor {
             eta: color_input(numbers, textures, 2.0),
@@ -118,6 +155,15 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
             alpha_v: float_input(numbers, textures, 1.0),
         },
         9 => Material::Principled(Box::new(principled(numbers, textures))),
+        10 => Material::Substrate {
+            diffuse_reflectance: color_input(numbers, textures, 1.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            roughness: Roughness {
+                distribution: distribution(numbers),
+                alpha_u: float_input(numbers, textures, 1.0),
+                alpha_v: float_input(numbers, textures, 1.0),
+            },
+        },
         _ => Material::PrincipledThin(Box::new(principled_thin(numbers, textures))),
     }
 }
@@ -133,10 +179,7 @@ fn principled(numbers: &mut Numbers, textures: usize) -> PrincipledMaterial {
         sheen,
     ] = [1.0; 6].map(&mut input);
     let [sheen_tint, flatness, clearcoat, clearcoat_gloss] = [1.0; 4].map(&mut input);
-    let layers = numbers.flag().then(|| PrincipledLayers {
-        specular_tint: color_input(numbers, textures, 2.0),
-        coat_roughness: float_input(numbers, textures, 1.0),
-    });
+    let layers = (numbers.flag()).then(|| layers(numbers, textures, CoatReflection::Here));
     PrincipledMaterial {
         base_color: color_input(numbers, textures, 1.0),
         roughness,
@@ -154,6 +197,24 @@ fn principled(numbers: &mut Numbers, textures: usize) -> PrincipledMaterial {
         diffuse_reflectance_sampling_rate: numbers.unit(),
         main_specular_sampling_rate: numbers.unit(),
         clearcoat_sampling_rate: numbers.unit(),
+    }
+}
+
+fn layers(
+    numbers: &mut Numbers,
+    textures: usize,
+    coat_reflection: CoatReflection,
+) -> PrincipledLayers {
+    PrincipledLayers {
+        specular_tint: color_input(numbers, textures, 2.0),
+        coat_roughness: float_input(numbers, textures, 1.0),
+        coat_reflection,
+        film: numbers.flag().then(|| ThinFilm {
+            weight: float_input(numbers, textures, 1.0),
+            eta: numbers.float(0.5, 2.5),
+            thickness: float_input(numbers, textures, 1200.0),
+        }),
+        diffuse: float_input(numbers, textures, 1.0),
     }
 }
 

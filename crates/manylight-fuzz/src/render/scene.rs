@@ -5,7 +5,7 @@ use super::{emitters, materials, shapes, textures};
 use manylight::film::{FilmDesc, Filter};
 use manylight::ids::{EmitterId, MaterialId, ShapeId};
 use manylight::math::{Affine3A, UVec2, Vec2, Vec3};
-use manylight::scene::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
+use manylight::scene::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
 
 /// A scene of a few shapes around the origin, seen from z = 4. Indices are valid, except for few.
@@ -23,6 +23,12 @@ pub(super) fn scene(numbers: &mut Numbers) -> SceneDesc {
         limits: limits(numbers),
         ..SceneDesc::default()
     };
+    if numbers.flag() {
+        desc.media.push(MediumDesc {
+            material: MaterialId::from(numbers.index(desc.materials.len())),
+            absorption: numbers.color(3.0),
+        });
+    }
     desc.primitives = (0..1 + numbers.below(5))
         .map(|_| primitive(numbers, &desc, true))
         .collect();

@@ -186,6 +186,10 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
                 pending.push((*second, at.weighted(w)));
                 Some((*first, at.weighted(1.0 - w)))
             }
+            Material::Sum { first, second } => {
+                pending.push((*second, at));
+                Some((*first, at))
+            }
             Material::Mask { opacity, inner } => {
                 let opacity = self.at.float(opacity).clamp(0.0, 1.0);
                 self.add_pass_through(at, at.weight * (1.0 - opacity));

@@ -12,7 +12,8 @@ use super::models::microfacet::Microfacets;
 use super::models::phong::Phong;
 use super::models::plastic::{ColorShift, Plastic, RoughPlastic};
 use super::models::principled::{
-    LayerParameters, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+    FilmParameters, LayerParameters, Principled, PrincipledParameters, PrincipledThin,
+    PrincipledThinParameters,
 };
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::substrate::Substrate;
@@ -69,9 +70,19 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
                 }
                 Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
             }
-            Material::DiffuseTransmitter { transmittance } => {
-                Model::DiffuseTransmitter(DiffuseTransmitter {
-                    transmittance: self.color(transmittance),
+            Material::DiffuseTransmitter {
+                transmittance,
+                below,
+            } => {
+                let transmittance = self.color(transmittance);
+                let none = DiffuseTransmitter::plain(transmittance);
+                Model::DiffuseTransmitter(match below {
+                    None => none,
+                    Some(below) => DiffuseTransmitter {
+                        eta: below.eta,
+                        coat: self.float(&below.coat),
+                        ..none
+                    },
                 })
             }
             Material::Conductor { .. } => self.conductor(material),
@@ -119,6 +130,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             Material::Principled(p) => Model::Principled(self.principled(p)),
             Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),
             Material::Blend { .. }
+            | Material::Sum { .. }
             | Material::Mask { .. }
             | Material::Null
             | Material::TwoSided { .. }
@@ -237,6 +249,13 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             specular_tint: self.color(&layers.specular_tint),
             coat: self.float(&p.clearcoat),
             coat_roughness: self.float(&layers.coat_roughness),
+            coat_reflection: layers.coat_reflection,
+            diffuse: self.float(&layers.diffuse),
+            film: layers.film.as_ref().map(|film| FilmParameters {
+                weight: self.float(&film.weight).clamp(0.0, 1.0),
+                eta: Float::splat(self.x.offset.width(), film.eta),
+                thickness: self.float(&film.thickness),
+            }),
         });
         Principled::new(PrincipledParameters {
             base_color: self.color(&p.base_color),

@@ -46,8 +46,10 @@ pub enum Material {
     },
     /// Lambertian transmission in both directions.
     DiffuseTransmitter {
-        /// Transmitted fraction of the flux.
+        /// Transmitted fraction of the flux that passes the interface.
         transmittance: ColorInput,
+        /// What lies on both of its sides; `None`: nothing.
+        below: Option<BelowInterface>,
     },
     /// A conductor; smooth without `roughness`.
     Conductor {
@@ -137,6 +139,15 @@ pub enum Material {
         /// At w = 1.
         second: MaterialId,
     },
+    /// The sum of two materials that share the light, such as a clear coat with normals of its own
+    /// and what is below it. Their albedos must not sum to more than 1, and their leaves not to
+    /// more than four: leaves that are left out would lose their light.
+    Sum {
+        /// The first.
+        first: MaterialId,
+        /// The second.
+        second: MaterialId,
+    },
     /// A mixture of `inner` and straight-through transmission.
     Mask {
         /// Weight of `inner` in [0, 1].
@@ -179,7 +190,9 @@ impl Material {
     /// The materials in this wrapper.
     pub(crate) fn inner(&self) -> impl Iterator<Item = MaterialId> {
         let ids = match *self {
-            Material::Blend { first, second, .. } => [Some(first), Some(second)],
+            Material::Blend { first, second, .. } | Material::Sum { first, second } => {
+                [Some(first), Some(second)]
+            }
             Material::TwoSided { front, back } => [Some(front), Some(back)],
             Material::Mask { inner, .. }
             | Material::BumpMap { inner, .. }
@@ -195,7 +208,7 @@ impl Material {
             Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
                 vec![reflectance]
             }
-            Material::DiffuseTransmitter { transmittance } => vec![transmittance],
+            Material::DiffuseTransmitter { transmittance, .. } => vec![transmittance],
             Material::Conductor {
                 eta,
                 k,
@@ -238,6 +251,7 @@ impl Material {
             }
             Material::PrincipledThin(p) => vec![&p.base_color],
             Material::Blend { .. }
+            | Material::Sum { .. }
             | Material::Mask { .. }
             | Material::Null
             | Material::TwoSided { .. }
@@ -274,8 +288,9 @@ impl Material {
                     &p.clearcoat,
                     &p.clearcoat_gloss,
                 ];
-                let coat = p.layers.as_ref().map(|layers| &layers.coat_roughness);
-                own.into_iter().chain(coat).collect()
+                let layers = p.layers.iter();
+                let of_layers = layers.flat_map(PrincipledLayers::floats);
+                own.into_iter().chain(of_layers).collect()
             }
             Material::PrincipledThin(p) => vec![
                 &p.roughness,
@@ -288,10 +303,13 @@ impl Material {
                 &p.flatness,
                 &p.diff_trans,
             ],
+            Material::DiffuseTransmitter { below, .. } => {
+                below.iter().map(|below| &below.coat).collect()
+            }
             Material::Blend { weight, .. } => vec![weight],
             Material::Mask { opacity, .. } => vec![opacity],
             Material::Diffuse { .. }
-            | Material::DiffuseTransmitter { .. }
+            | Material::Sum { .. }
             | Material::ThinDielectric { .. }
             | Material::Plastic { .. }
             | Material::Null
@@ -364,6 +382,54 @@ pub struct PrincipledLayers {
     pub specular_tint: ColorInput,
     /// Roughness of the clear coat, the root of alpha. It replaces `clearcoat_gloss`.
     pub coat_roughness: FloatInput,
+    /// Where the light that the coat reflects is counted.
+    pub coat_reflection: CoatReflection,
+    /// Interference in a film over the interface.
+    pub film: Option<ThinFilm>,
+    /// Fraction of the light below the dielectric interface that the diffuse lobe reflects. The
+    /// rest passes the surface, by a [`Material::DiffuseTransmitter`].
+    pub diffuse: FloatInput,
+}
+
+impl PrincipledLayers {
+    /// The numbers that may be textured.
+    fn floats(&self) -> impl Iterator<Item = &FloatInput> {
+        let film = self.film.iter();
+        let of_film = film.flat_map(|film| [&film.weight, &film.thickness]);
+        [&self.coat_roughness, &self.diffuse]
+            .into_iter()
+            .chain(of_film)
+    }
+}
+
+/// A film so thin that the light which both of its sides reflect interferes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinFilm {
+    /// Weight of the interface with the film, in [0, 1]; the rest has none.
+    pub weight: FloatInput,
+    /// Index of refraction of the film.
+    pub eta: f32,
+    /// Thickness in nm.
+    pub thickness: FloatInput,
+}
+
+/// Where the light that a clear coat reflects is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoatReflection {
+    /// In the model, with the normals of what is below.
+    Here,
+    /// In another material, with other normals: a [`Material::Sum`] has both.
+    Apart,
+}
+
+/// The layers over a [`Material::DiffuseTransmitter`], those of [`PrincipledLayers`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BelowInterface {
+    /// Index of refraction of the dielectric interface, which reflects at half vectors with the
+    /// mirrored direction; 1: none.
+    pub eta: f32,
+    /// Weight of the clear coat.
+    pub coat: FloatInput,
 }
 
 /// Parameters of Mitsuba 3's `principledthin`.

@@ -69,6 +69,16 @@ impl Materials {
         }
     }
 
+    /// Whether the material is an interface that refracts, or a sum of such, as of glass with
+    /// dispersion.
+    pub(crate) fn refracts(&self, id: MaterialId) -> bool {
+        match &self.materials[id.index()] {
+            Material::Dielectric { .. } => true,
+            Material::Sum { first, second } => self.refracts(*first) && self.refracts(*second),
+            _ => false,
+        }
+    }
+
     /// The opacity of a material that transmits light straight through by this opacity only; `None`
     /// for other materials.
     #[inline]

@@ -12,6 +12,14 @@ pub(super) fn check_materials(desc: &SceneDesc) -> Checked {
     for (i, material) in desc.materials.iter().enumerate() {
         check_material(desc, material).map_err(|e| with_context(&format!("material {i}"), &e))?;
     }
+    for medium in &desc.media {
+        check_index("material", medium.material.index(), desc.materials.len())?;
+        let Rgb { r, g, b } = medium.absorption;
+        let is_valid = |v: f32| v.is_finite() && v >= 0.0;
+        ensure([r, g, b].into_iter().all(is_valid), || {
+            format!("the absorption {r}, {g}, {b} of a medium is negative or not finite")
+        })?;
+    }
     let mut states = vec![VisitState::New; desc.materials.len()];
     (0..desc.materials.len()).try_for_each(|i| check_cycles(desc, &mut states, i))
 }
@@ -39,7 +47,12 @@ fn check_material(desc: &SceneDesc, material: &Material) -> Checked {
             check_eta(eta)?;
             check_number("the roughness", roughness.map_or(0.0, |(_, alpha)| alpha))
         }
-        Material::Principled(ref p) => check_eta(p.eta),
+        Material::Principled(ref p) => {
+            let film = p.layers.and_then(|layers| layers.film);
+            check_eta(film.map_or(1.0, |film| film.eta))?;
+            check_eta(p.eta)
+        }
+        Material::DiffuseTransmitter { below, .. } => check_eta(below.map_or(1.0, |b| b.eta)),
         _ => Ok(()),
     }
 }

@@ -1,6 +1,7 @@
 //! Scene descriptions: plain data, made by loaders and tests.
 
 use crate::bsdf::Material;
+use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::Shape;
 use crate::ids::{EmitterId, MaterialId, ShapeId};
@@ -24,6 +25,8 @@ pub struct SceneDesc {
     /// Names of the materials in the file, by the same indices; missing or empty where a material
     /// has none.
     pub material_names: Vec<String>,
+    /// Absorbing media inside of surfaces, at most one for each material.
+    pub media: Vec<MediumDesc>,
     /// Textures.
     pub textures: Vec<Texture>,
     /// Emitters. The surface of an `Emitter::Area` is the primitives that refer to it.
@@ -49,6 +52,16 @@ pub struct PrimitiveDesc {
     pub material: MaterialId,
     /// Area emitter; `None` if the surface does not emit.
     pub emitter: Option<EmitterId>,
+}
+
+/// A medium that absorbs light, and does not scatter it, inside of all closed surfaces of one
+/// material: on the side of their backs.
+#[derive(Clone, Copy, Debug)]
+pub struct MediumDesc {
+    /// The material of the surfaces.
+    pub material: MaterialId,
+    /// Absorption coefficient σ in 1/m, at least 0: the medium transmits `exp(-σ t)`.
+    pub absorption: Rgb,
 }
 
 /// An instance of a group.

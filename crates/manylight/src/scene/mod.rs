@@ -6,17 +6,19 @@ mod check_materials;
 mod check_sensors;
 pub mod desc;
 pub mod error;
+mod media;
 mod names;
 mod nesting;
 #[cfg(test)]
 mod tests;
 
 pub use check::check_textures;
-pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
+pub use desc::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
+pub(crate) use media::Media;
 pub use names::SurfaceNames;
 
-use crate::bsdf::{Bsdf, Material, Materials};
+use crate::bsdf::{Bsdf, Materials};
 use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, Emitters};
 use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
@@ -37,6 +39,8 @@ pub struct Scene {
     pub geometry: Geometry,
     /// Materials of the surfaces.
     pub materials: Materials,
+    /// Media inside of surfaces.
+    pub(crate) media: Media,
     /// Textures of materials and emitters.
     pub textures: Vec<Texture>,
     /// Emitters.
@@ -61,6 +65,7 @@ impl Scene {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
         let materials = Materials::new(desc.materials);
+        let media = Media::new(&desc.media);
         let groups = group_ranges(desc.primitives.len(), &desc.groups);
         let placed = desc
             .primitives
@@ -74,6 +79,7 @@ impl Scene {
         Ok(Scene {
             geometry,
             materials,
+            media,
             textures: desc.textures,
             emitters,
             sensor,
@@ -109,11 +115,7 @@ impl Scene {
         };
         let is_glass = |id: PrimitiveId| {
             let material = self.geometry.primitives()[id.index()].material;
-            self.materials.is_transparent(material)
-                || matches!(
-                    self.materials.descriptions()[material.index()],
-                    Material::Dielectric { .. }
-                )
+            self.materials.is_transparent(material) || self.materials.refracts(material)
         };
         EmissionGuide::new(&self.emitters, &self.geometry, rays, is_glass)
     }

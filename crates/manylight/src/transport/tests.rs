@@ -52,6 +52,7 @@ impl<'s> Vertices<'s> {
                 n: (i % 5 != 0).then(|| warp::sphere(numbers.next_2d())),
                 event: events[i % 4],
                 pdf: numbers.next_1d() * 2.0,
+                inside: None,
             }),
             numbers: std::array::from_fn(|_| (numbers.next_1d(), numbers.next_2d())),
             w: std::array::from_fn(|_| warp::sphere(numbers.next_2d())),

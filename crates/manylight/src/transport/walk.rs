@@ -3,6 +3,7 @@
 
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::geometry::{Ray, SurfacePoint};
+use crate::ids::MaterialId;
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 
@@ -21,6 +22,8 @@ pub struct Previous {
     pub event: Lobes,
     /// Density of the sampled direction per solid angle; 0 for delta events and at the start.
     pub pdf: f32,
+    /// The material around the body in which the walk goes on, if that has a medium.
+    pub(crate) inside: Option<MaterialId>,
 }
 
 impl Previous {
@@ -31,6 +34,7 @@ impl Previous {
             n: None,
             event: Lobes::NONE,
             pdf: 0.0,
+            inside: None,
         }
     }
 }

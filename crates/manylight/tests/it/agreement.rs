@@ -11,7 +11,7 @@ use manylight::integrators::many_light::{
 };
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::{Affine3A, Vec3};
-use manylight::scene::Scene;
+use manylight::scene::{MediumDesc, Scene};
 use manylight::testing::scenes::{
     Builder, diffuse, glass, glossy_box, rough_glass, rough_metal, rough_plastic,
 };
@@ -129,6 +129,28 @@ fn room_with_specular_objects() -> Scene {
 #[test]
 fn rich_vpl_with_specular_objects() {
     check(&room_with_specular_objects(), rich(), 12, 1.5e-2);
+}
+
+/// A ball of colored glass with something white in it.
+fn room_with_an_absorbing_ball() -> Scene {
+    let mut b = glossy_box(32);
+    let ball = b.material(glass());
+    let white = b.material(diffuse(0.8, 0.8, 0.8));
+    b.desc.media.push(MediumDesc {
+        material: ball,
+        absorption: Rgb::new(0.2, 2.0, 4.0),
+    });
+    let center = Vec3::new(0.1, -0.45, -0.1);
+    for (radius, material) in [(0.4, ball), (0.15, white)] {
+        let shape = Shape::Sphere { center, radius };
+        b.place(shape, Affine3A::IDENTITY, material, None);
+    }
+    b.build()
+}
+
+#[test]
+fn rich_vpl_with_an_absorbing_ball() {
+    check(&room_with_an_absorbing_ball(), rich(), 12, 1.5e-2);
 }
 
 /// A metal floor before a mirror: specular chains see lit walls in the mirror, and photons estimate

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod absorption;
 mod adjoint;
 mod agreement;
 mod bidirectional;

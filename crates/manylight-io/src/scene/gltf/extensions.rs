@@ -1,36 +1,16 @@
-//! The KHR_materials extensions: further lobes and other interfaces.
+//! The KHR_materials extensions of the opaque part: further lobes and other interfaces.
 
 use super::super::description::{WHITE, as_color, as_float};
 use super::super::parameters::Numbers;
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
-use super::origin::Origin;
-use manylight::bsdf::Material;
-use manylight::bsdf::material::{Distribution, Roughness};
+use manylight::bsdf::material::{CoatReflection, ThinFilm};
 use manylight::color::Rgb;
 use manylight::texture::{ColorInput, FloatInput};
 
 /// The index of refraction of a dielectric by default.
 pub(super) const DEFAULT_IOR: f32 = 1.5;
-
-/// Roughness alpha up to which glass is smooth.
-const SMOOTH_ALPHA: f32 = 1e-3;
-
-/// Extensions that are ignored, and what they would do.
-const IGNORED: [(&str, &str, &str); 3] = [
-    (
-        "KHR_materials_iridescence",
-        "iridescenceFactor",
-        "thin-film interference",
-    ),
-    ("KHR_materials_dispersion", "dispersion", "dispersion"),
-    (
-        "KHR_materials_diffuse_transmission",
-        "diffuseTransmissionFactor",
-        "diffuse transmission",
-    ),
-];
 
 /// What extensions add to the opaque part of a material.
 pub(super) struct Lobes {
@@ -45,6 +25,18 @@ pub(super) struct Lobes {
     pub(super) sheen: FloatInput,
     pub(super) clearcoat: FloatInput,
     pub(super) coat_roughness: FloatInput,
+    /// `Apart`: the coat has other normals than what is below.
+    pub(super) coat_reflection: CoatReflection,
+    pub(super) film: Option<ThinFilm>,
+    pub(super) transmission: Option<DiffuseTransmission>,
+}
+
+/// Light that passes the surface diffusely.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DiffuseTransmission {
+    /// Fraction of the light below the dielectric interface.
+    pub(super) weight: FloatInput,
+    pub(super) color: ColorInput,
 }
 
 impl Default for Lobes {
@@ -59,7 +51,17 @@ impl Default for Lobes {
             sheen: none,
             clearcoat: none,
             coat_roughness: none,
+            coat_reflection: CoatReflection::Here,
+            film: None,
+            transmission: None,
         }
+    }
+}
+
+impl Lobes {
+    /// Whether the opaque part is one scattering model.
+    pub(super) fn is_one_leaf(&self) -> bool {
+        self.coat_reflection == CoatReflection::Here && self.transmission.is_none()
     }
 }
 
@@ -88,10 +90,11 @@ impl Lobes {
         if let Some(extension) = json.extension("KHR_materials_clearcoat") {
             lobes.set_clearcoat(reader, &extension);
         }
-        for (name, factor, what) in IGNORED {
-            if let Some(extension) = json.extension(name).filter(|e| e.float(factor, 0.0) != 0.0) {
-                extension.warn_once(name, format!("{what} ({name}) is ignored"));
-            }
+        if let Some(extension) = json.extension("KHR_materials_iridescence") {
+            lobes.set_iridescence(reader, &extension);
+        }
+        if let Some(extension) = json.extension("KHR_materials_diffuse_transmission") {
+            lobes.set_diffuse_transmission(reader, &extension);
         }
         lobes
     }
@@ -191,7 +194,7 @@ impl Lobes {
         }
     }
 
-    /// A coat with the normals of what is below.
+    /// A coat. Its normals are those of the mesh, or of its own texture.
     fn set_clearcoat<'a>(&mut self, reader: &mut MaterialReader<'a, '_>, json: &Json<'a>) {
         let factor = json.fraction("clearcoatFactor", 0.0);
         if factor == 0.0 {
@@ -204,15 +207,64 @@ impl Lobes {
         self.clearcoat = scaled(factor, "clearcoatTexture", 0);
         let roughness = json.fraction("clearcoatRoughnessFactor", 0.0);
         self.coat_roughness = scaled(roughness, "clearcoatRoughnessTexture", 1);
-        let image = |json: &Json<'_>, name: &str| {
-            let info = json.member(name)?;
-            info.unsigned("index")
+        let below = reader.json.get("normalTexture");
+        let above = json.get("clearcoatNormalTexture");
+        let is_equal = match (&below, &above) {
+            (None, None) => true,
+            (Some(below), Some(above)) => below.equals(above),
+            _ => false,
         };
-        let of_base = image(reader.json, "normalTexture");
-        if image(json, "clearcoatNormalTexture") != of_base {
-            let message = "clear coats have the normals of the surface below: `clearcoatNormalTexture` is not read, or `normalTexture` tilts the coat";
-            json.warn_once("clearcoat normals", message);
+        if !is_equal {
+            self.coat_reflection = CoatReflection::Apart;
         }
+    }
+
+    fn set_iridescence<'a>(&mut self, reader: &mut MaterialReader<'a, '_>, json: &Json<'a>) {
+        let factor = json.fraction("iridescenceFactor", 0.0);
+        let is_index = |v: f32| v >= 1.0;
+        let eta = json.float_where("iridescenceIor", 1.3, is_index, "at least 1");
+        let is_length = |v: f32| v >= 0.0;
+        let thickness = |name, default| {
+            json.float_where(name, default, is_length, "a thickness in nm of at least 0")
+        };
+        let thinnest = thickness("iridescenceThicknessMinimum", 100.0);
+        let thickest = thickness("iridescenceThicknessMaximum", 400.0);
+        if factor == 0.0 {
+            return;
+        }
+        let texture = reader.texture(json, "iridescenceTexture", Content::Channel(0));
+        let weight = reader.textures.scaled(factor, texture);
+        let name = "iridescenceThicknessTexture";
+        let thickness = match reader.texture(json, name, Content::Channel(1)) {
+            None => FloatInput::Constant(thickest),
+            Some(id) => {
+                let gray = |v: f32| ColorInput::Constant(Rgb::splat(v));
+                let part = FloatInput::Texture(id);
+                as_float((reader.textures).mix(gray(thinnest), gray(thickest), part))
+            }
+        };
+        self.film = Some(ThinFilm {
+            weight,
+            eta,
+            thickness,
+        });
+    }
+
+    fn set_diffuse_transmission<'a>(
+        &mut self,
+        reader: &mut MaterialReader<'a, '_>,
+        json: &Json<'a>,
+    ) {
+        let factor = json.fraction("diffuseTransmissionFactor", 0.0);
+        let color = reflectance(json.floats("diffuseTransmissionColorFactor", [1.0; 3]));
+        if factor == 0.0 {
+            return;
+        }
+        let texture = reader.texture(json, "diffuseTransmissionTexture", Content::Opacity);
+        self.transmission = Some(DiffuseTransmission {
+            weight: reader.textures.scaled(factor, texture),
+            color: reader.color(json, "diffuseTransmissionColorTexture", color),
+        });
     }
 }
 
@@ -234,131 +286,4 @@ fn is_across(json: &Json<'_>) -> IsAcross {
         json.warn_once("anisotropy rotation", message);
     }
     IsAcross(quarter == 1.0)
-}
-
-/// The transmitting part of a material.
-pub(super) struct Glass {
-    pub(super) material: Material,
-    /// Fraction of the light that does not enter the opaque part.
-    pub(super) weight: FloatInput,
-}
-
-impl Glass {
-    /// By KHR_materials_transmission: a thin pane, or with KHR_materials_volume a solid body.
-    pub(super) fn read(reader: &mut MaterialReader<'_, '_>, base: &Base, ior: f32) -> Option<Self> {
-        let json = reader.json.extension("KHR_materials_transmission")?;
-        let factor = json.fraction("transmissionFactor", 0.0);
-        if factor == 0.0 {
-            return None;
-        }
-        let texture = reader.texture(&json, "transmissionTexture", Content::Channel(0));
-        let opaque = match base.metallic {
-            FloatInput::Constant(metallic) => factor * (1.0 - metallic),
-            FloatInput::Texture(_) => factor,
-        };
-        if opaque == 0.0 {
-            return None;
-        }
-        let weight = reader.textures.scaled(opaque, texture);
-        let coat = reader.json.extension("KHR_materials_clearcoat");
-        if let Some(coat) = coat.filter(|coat| coat.float("clearcoatFactor", 0.0) > 0.0) {
-            let message = "the clear coat of what transmits light is ignored";
-            coat.warn_once("clearcoat on glass", message);
-        }
-        let volume = reader.json.extension("KHR_materials_volume");
-        let volume = volume.filter(|volume| volume.float("thicknessFactor", 0.0) > 0.0);
-        // Transmission in Blender refracts; its exporter says so by a thickness only if the user
-        // gives one.
-        let is_solid = volume.is_some() || reader.document.is_by_blender();
-        if !is_solid && reader.document.origin == Origin::Replaced {
-            let message = "the program that rewrote this file has removed the name of its exporter; transmission without a thickness (KHR_materials_volume) is that of thin panes. If the scene is from Blender, it is meant to be solid";
-            json.warn_once("thin transmission", message);
-        }
-        let eta = if ior >= 1.001 { ior } else { DEFAULT_IOR };
-        let roughness = roughness(reader, base);
-        let material = if is_solid {
-            let transmittance = volume.map_or(Rgb::WHITE, |volume| {
-                absorption(&volume, reader.vertices.scale)
-            });
-            solid(reader, transmittance, base, eta, roughness)
-        } else {
-            thin(&json, base, eta, roughness)
-        };
-        Some(Glass { material, weight })
-    }
-}
-
-/// The roughness of glass; `None`: smooth.
-fn roughness(reader: &mut MaterialReader<'_, '_>, base: &Base) -> Option<Roughness> {
-    let alpha = reader.textures.power(base.roughness, 2.0);
-    let is_smooth = matches!(alpha, FloatInput::Constant(alpha) if alpha <= SMOOTH_ALPHA);
-    (!is_smooth).then_some(Roughness {
-        distribution: Distribution::Ggx,
-        alpha_u: alpha,
-        alpha_v: alpha,
-    })
-}
-
-/// A pane without refraction. Its base color tints transmitted light.
-fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) -> Material {
-    let Some(roughness) = roughness else {
-        return Material::ThinDielectric {
-            eta,
-            specular_reflectance: WHITE,
-            specular_transmittance: base.color,
-        };
-    };
-    json.warn_once(
-        "rough panes",
-        "rough thin transmission is replaced by a rough interface, which refracts",
-    );
-    Material::Dielectric {
-        eta,
-        specular_reflectance: WHITE,
-        specular_transmittance: base.color,
-        roughness: Some(roughness),
-    }
-}
-
-/// A body that refracts. Its base color, and the absorption over its thickness, tint the light that
-/// passes both of its sides: half of them at each.
-fn solid(
-    reader: &mut MaterialReader<'_, '_>,
-    transmittance: Rgb,
-    base: &Base,
-    eta: f32,
-    roughness: Option<Roughness>,
-) -> Material {
-    let tint = match base.color {
-        ColorInput::Constant(color) => {
-            ColorInput::Constant(color.zip(transmittance, |a, b| a * b).map(f32::sqrt))
-        }
-        textured => {
-            let half = ColorInput::Constant(transmittance.map(f32::sqrt));
-            reader.textures.product(half, textured)
-        }
-    };
-    Material::Dielectric {
-        eta,
-        specular_reflectance: WHITE,
-        specular_transmittance: tint,
-        roughness,
-    }
-}
-
-/// Transmittance over the thickness of a volume, which is given in the space of its mesh, while the
-/// distance of attenuation is given in the world.
-fn absorption(volume: &Json<'_>, scale: f32) -> Rgb {
-    let color = reflectance(volume.floats("attenuationColor", [1.0; 3]));
-    let positive = |v: f32| v > 0.0;
-    let distance = volume.float_where("attenuationDistance", f32::INFINITY, positive, "positive");
-    if color == Rgb::WHITE || !distance.is_finite() {
-        return Rgb::WHITE;
-    }
-    volume.warn_once(
-        "absorption",
-        "absorption along paths in a volume is not simulated; the color over its `thicknessFactor` tints its surface",
-    );
-    let thickness = volume.float("thicknessFactor", 0.0) * scale;
-    color.map(|v| v.powf(thickness / distance))
 }

@@ -161,6 +161,11 @@ impl<'a> Json<'a> {
         self.member("extensions")?.member(name)
     }
 
+    /// Whether both values are the same.
+    pub(super) fn equals(&self, other: &Json<'_>) -> bool {
+        self.value == other.value
+    }
+
     /// The value as a string.
     pub(super) fn as_string(&self) -> Option<&'a str> {
         let text = self.value.as_str();

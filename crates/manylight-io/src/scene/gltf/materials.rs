@@ -4,28 +4,29 @@
 //! |---|---|
 //! | base color, metallic, roughness | the parameters of the same names; alpha = roughness², with the layers of glTF |
 //! | F0 by ior and specular | eta with this reflectance |
-//! | normal texture | a normal map with the tangents of MikkTSpace |
 //! | alpha mode | a mask |
 //! | emission | an area emitter, which the mesh refers to |
 //!
-//! `extensions` reads the lobes and interfaces of the KHR_materials extensions.
+//! `scattering` puts the scattering models together.
 
 use super::super::description::{add, add_front_alone, add_two_sided, as_float};
 use super::super::names::name_material;
 use super::super::options::GltfOptions;
 use super::super::parameters::Numbers;
 use super::document::Document;
-use super::extensions::{Glass, Lobes};
+use super::extensions::Lobes;
+use super::glass::medium;
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
+use super::scattering::{Surfaces, principled};
 use super::specular_glossiness::specular_glossiness;
 use super::textures::{Textures, VertexInputs};
 use crate::suggest::with_list;
-use manylight::bsdf::material::{PrincipledLayers, PrincipledMaterial};
-use manylight::bsdf::{Bitangent, Material};
+use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
+use manylight::scene::MediumDesc;
 use manylight::texture::{ColorInput, FloatInput};
 use std::collections::HashMap;
 
@@ -40,8 +41,10 @@ pub(super) struct Materials {
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
     /// Materials without vertex attributes, which meshes share: by index, primary set of texture
-    /// coordinates, and bits of the scale.
-    shared: HashMap<(Option<usize>, usize, u32), SurfaceMaterial>,
+    /// coordinates, bits of the scale, and whether the mesh is a body.
+    shared: HashMap<(Option<usize>, usize, u32, bool), SurfaceMaterial>,
+    /// Absorption coefficients inside of bodies, in 1/m.
+    absorption: HashMap<MaterialId, Rgb>,
 }
 
 /// What a surface is made of.
@@ -56,23 +59,8 @@ pub(super) struct SurfaceMaterial {
     pub(super) double_sided: bool,
     /// Whether its opacity is 1.
     pub(super) is_opaque: bool,
-}
-
-/// The surfaces that show one primitive of the file.
-#[derive(Clone, Copy, Debug)]
-enum Surfaces {
-    One,
-    /// Two that emit, each to its front.
-    BackToBack,
-}
-
-/// The side of a surface that a normal texture describes.
-#[derive(Clone, Copy, Debug)]
-enum Seen {
-    Front,
-    /// The normal of a back face is that of the front, reversed: in the frame of a surface that is
-    /// turned over, its tangential part is the opposite.
-    TurnedOver,
+    /// Absorption coefficient inside, in 1/m.
+    absorption: Option<Rgb>,
 }
 
 impl Materials {
@@ -84,7 +72,12 @@ impl Materials {
         vertices: &VertexInputs<'_>,
     ) -> SurfaceMaterial {
         let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty();
-        let key = (index, vertices.primary, vertices.scale.to_bits());
+        let key = (
+            index,
+            vertices.primary,
+            vertices.scale.to_bits(),
+            vertices.is_body,
+        );
         if let Some(material) = self.shared.get(&key).filter(|_| is_shared) {
             return *material;
         }
@@ -99,6 +92,9 @@ impl Materials {
             .surface(),
             None => self.default_material(vertices),
         };
+        if let Some(absorption) = material.absorption {
+            self.absorption.insert(material.id, absorption);
+        }
         if let Some(index) = index {
             let name = document.materials[index].string("name");
             let name = name.map_or_else(|| format!("material_{index}"), str::to_owned);
@@ -110,13 +106,29 @@ impl Materials {
         material
     }
 
+    /// The media inside of bodies, in the order of materials.
+    pub(super) fn media(&self) -> Vec<MediumDesc> {
+        let absorption = self.absorption.iter();
+        let mut media: Vec<MediumDesc> = absorption
+            .map(|(&material, &absorption)| MediumDesc {
+                material,
+                absorption,
+            })
+            .collect();
+        media.sort_unstable_by_key(|medium| medium.material);
+        media
+    }
+
     /// The default of the specification.
     fn default_material(&mut self, vertices: &VertexInputs<'_>) -> SurfaceMaterial {
         let mut base = Base::default();
         if let Some(color) = self.textures.vertex_color(vertices) {
             base.color = color;
         }
-        let inner = add(&mut self.list, principled(&base, &Lobes::default()));
+        let inner = add(
+            &mut self.list,
+            principled(&base, &Lobes::default(), FloatInput::Constant(1.0)),
+        );
         let id = add_two_sided(&mut self.list, inner);
         SurfaceMaterial {
             id,
@@ -124,44 +136,9 @@ impl Materials {
             radiance: None,
             double_sided: false,
             is_opaque: true,
+            absorption: None,
         }
     }
-}
-
-/// The opaque part of a material.
-fn principled(base: &Base, lobes: &Lobes) -> Material {
-    let constant = FloatInput::Constant;
-    Material::Principled(Box::new(PrincipledMaterial {
-        base_color: base.color,
-        roughness: lobes.roughness.unwrap_or(base.roughness),
-        anisotropic: lobes.anisotropic,
-        metallic: base.metallic,
-        spec_trans: constant(0.0),
-        eta: eta_of_reflectance(base.f0.unwrap_or(lobes.f0)),
-        spec_tint: constant(0.0),
-        sheen: lobes.sheen,
-        sheen_tint: constant(0.0),
-        flatness: constant(0.0),
-        clearcoat: lobes.clearcoat,
-        clearcoat_gloss: constant(0.0),
-        layers: Some(PrincipledLayers {
-            specular_tint: lobes.specular_tint,
-            coat_roughness: lobes.coat_roughness,
-        }),
-        diffuse_reflectance_sampling_rate: 1.0,
-        main_specular_sampling_rate: 1.0,
-        clearcoat_sampling_rate: 1.0,
-    }))
-}
-
-/// The index of refraction with the reflectance `f0` at normal incidence.
-fn eta_of_reflectance(f0: f32) -> f32 {
-    /// Largest reflectance of a dielectric here: that of an index of refraction of 199.
-    const LARGEST: f32 = 0.98;
-    /// Smallest index of refraction: an interface without reflection would have none.
-    const SMALLEST_ETA: f32 = 1.001;
-    let root = f0.clamp(0.0, LARGEST).sqrt();
-    ((1.0 + root) / (1.0 - root)).max(SMALLEST_ETA)
 }
 
 impl<'a> MaterialReader<'a, '_> {
@@ -193,50 +170,7 @@ impl<'a> MaterialReader<'a, '_> {
             radiance,
             double_sided,
             is_opaque: opacity == FloatInput::Constant(1.0),
-        }
-    }
-
-    /// The material without its opacity, and the same for a surface that is turned over, if there
-    /// is one.
-    fn scattering(&mut self, base: &Base, surfaces: Surfaces) -> [MaterialId; 2] {
-        let lobes = Lobes::read(self, base);
-        let opaque = add(self.list, principled(base, &lobes));
-        let opaque = add_two_sided(self.list, opaque);
-        let glass = Glass::read(self, base, lobes.ior);
-        let is_double = matches!(surfaces, Surfaces::BackToBack);
-        let has_back = is_double && self.json.has("normalTexture");
-        let mut seen = |side| {
-            let opaque = self.normal_mapped(opaque, side);
-            match &glass {
-                Some(glass) => self.with_glass(opaque, glass, side),
-                None => opaque,
-            }
-        };
-        let front = seen(Seen::Front);
-        [
-            front,
-            if has_back {
-                seen(Seen::TurnedOver)
-            } else {
-                front
-            },
-        ]
-    }
-
-    /// A mixture of an opaque material and glass.
-    fn with_glass(&mut self, opaque: MaterialId, glass: &Glass, side: Seen) -> MaterialId {
-        let id = add(self.list, glass.material.clone());
-        let second = self.normal_mapped(id, side);
-        match glass.weight {
-            FloatInput::Constant(1.0) => second,
-            weight => add(
-                self.list,
-                Material::Blend {
-                    weight,
-                    first: opaque,
-                    second,
-                },
-            ),
+            absorption: medium(self.json, self.vertices).filter(|_| !is_unlit),
         }
     }
 
@@ -294,31 +228,6 @@ impl<'a> MaterialReader<'a, '_> {
             Surfaces::One => masked,
             Surfaces::BackToBack => add_front_alone(self.list, masked),
         }
-    }
-
-    /// The material in the frame of the normal texture. It has both sides within this frame, so
-    /// that all of the normal is reversed on the back.
-    fn normal_mapped(&mut self, inner: MaterialId, side: Seen) -> MaterialId {
-        let json = self.json;
-        let Some(info) = json.member("normalTexture") else {
-            return inner;
-        };
-        let Some(texture) = self.texture(json, "normalTexture", Content::Raw) else {
-            return inner;
-        };
-        let scale = info.float("scale", 1.0);
-        add(
-            self.list,
-            Material::NormalMap {
-                texture,
-                scale: match side {
-                    Seen::Front => scale,
-                    Seen::TurnedOver => -scale,
-                },
-                bitangent: Bitangent::AgainstV,
-                inner,
-            },
-        )
     }
 
     /// Emitted radiance in W/(m² sr); `None` if it is black.

@@ -84,6 +84,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
 
     /// Stores the materials in `desc`, and returns the textures.
     pub(super) fn into_parts(self, desc: &mut SceneDesc) -> Textures {
+        desc.media = self.materials.media();
         desc.materials = self.materials.list;
         desc.material_names = self.materials.names;
         self.materials.textures
@@ -303,6 +304,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
             uvs: others,
             colors: &geometry.colors,
             scale: f32::from_bits(key.scale),
+            is_body: needs.body && emission::is_closed(&geometry),
         };
         let surface = self.materials.material(document, material, &vertices);
         let emitter = surface

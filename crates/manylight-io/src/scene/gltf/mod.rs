@@ -8,8 +8,8 @@
 //!    the data.
 //! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by
 //!    `deform`, with `tangents`.
-//! 4. `materials`, by `material_reader`, `extensions`, `specular_glossiness` and `textures`, maps
-//!    materials to those of the renderer; `images` decodes images in parallel.
+//! 4. `materials`, by `material_reader`, `scattering`, `extensions`, `glass`, `specular_glossiness`
+//!    and `textures`, maps materials to those of the renderer; `images` decodes images in parallel.
 //!
 //! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
 
@@ -24,6 +24,7 @@ mod document;
 mod emission;
 mod environment;
 mod extensions;
+mod glass;
 mod images;
 mod json;
 mod lights;
@@ -35,6 +36,7 @@ mod nodes;
 mod origin;
 mod primitives;
 mod report;
+mod scattering;
 mod specular_glossiness;
 mod tangents;
 mod textures;

@@ -23,6 +23,8 @@ pub(super) struct VertexInputs<'m> {
     pub(super) colors: &'m [[f32; 4]],
     /// From the space of the mesh to the world.
     pub(super) scale: f32,
+    /// Whether the primitive is the whole surface of a body, if its material absorbs light within.
+    pub(super) is_body: bool,
 }
 
 /// All textures of a scene.
@@ -179,6 +181,14 @@ impl Textures {
         ColorInput::Texture(add(&mut self.list, mix))
     }
 
+    /// One minus a number.
+    pub(super) fn one_minus(&mut self, number: FloatInput) -> FloatInput {
+        match number {
+            FloatInput::Constant(value) => FloatInput::Constant(1.0 - value),
+            textured => as_float(self.mix(WHITE, ColorInput::Constant(Rgb::BLACK), textured)),
+        }
+    }
+
     /// A power of a number.
     pub(super) fn power(&mut self, number: FloatInput, exponent: f32) -> FloatInput {
         match number {
@@ -282,6 +292,8 @@ pub(super) struct VertexNeeds {
     pub(super) sets: Vec<usize>,
     /// Whether the directions of the tangents matter.
     pub(super) tangents: bool,
+    /// Whether it matters if the primitive is closed.
+    pub(super) body: bool,
 }
 
 /// All references to textures within a material.
@@ -305,8 +317,9 @@ pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> Ver
     infos.retain(|info| !info.path().ends_with("/occlusionTexture"));
     let rank = |info: &Json<'_>| match info.path().rsplit('/').next() {
         Some("normalTexture") => 0,
-        Some("baseColorTexture" | "diffuseTexture") => 1,
-        _ => 2,
+        Some("clearcoatNormalTexture") => 1,
+        Some("baseColorTexture" | "diffuseTexture") => 2,
+        _ => 3,
     };
     infos.sort_by_key(rank);
     let mut sets = Vec::new();
@@ -315,7 +328,15 @@ pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> Ver
             sets.push(set);
         }
     }
+    let is_normal = |info: &Json<'_>| {
+        let name = info.path().rsplit('/').next();
+        matches!(name, Some("normalTexture" | "clearcoatNormalTexture"))
+    };
     let tangents =
-        json.has("normalTexture") || json.extension("KHR_materials_anisotropy").is_some();
-    VertexNeeds { sets, tangents }
+        infos.iter().any(is_normal) || json.extension("KHR_materials_anisotropy").is_some();
+    VertexNeeds {
+        sets,
+        tangents,
+        body: json.extension("KHR_materials_volume").is_some(),
+    }
 }

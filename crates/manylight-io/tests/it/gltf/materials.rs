@@ -51,7 +51,7 @@ pub(super) fn principled(desc: &SceneDesc) -> &PrincipledMaterial {
             Material::NormalMap { inner: id, .. } | Material::Mask { inner: id, .. } => {
                 inner(desc, *id)
             }
-            Material::Blend { first, .. } => inner(desc, *first),
+            Material::Blend { first, .. } | Material::Sum { first, .. } => inner(desc, *first),
             Material::Principled(principled) => return principled,
             other => panic!("{other:?}"),
         };

@@ -7,6 +7,7 @@ mod extensions;
 mod features;
 mod geometry;
 mod invalid;
+mod layers;
 mod materials;
 mod opacity;
 mod shared;

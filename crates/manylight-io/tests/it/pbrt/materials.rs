@@ -152,7 +152,7 @@ fn leaves_transmit_what_they_do_not_reflect() {
     ));
     assert!(matches!(
         desc.materials[second.index()],
-        Material::DiffuseTransmitter { transmittance } if transmittance == constant(0.4, 0.2, 0.1)
+        Material::DiffuseTransmitter { transmittance, .. } if transmittance == constant(0.4, 0.2, 0.1)
     ));
 }
 

@@ -91,7 +91,7 @@ fn part(leaves: &[(f32, &Material)], name: &str) -> Rgb {
     let of = |(weight, leaf): &(f32, &Material)| {
         let (kind, input) = match leaf {
             Material::Diffuse { reflectance } => ("diffuse", reflectance),
-            Material::DiffuseTransmitter { transmittance } => ("through", transmittance),
+            Material::DiffuseTransmitter { transmittance, .. } => ("through", transmittance),
             Material::Conductor {
                 eta,
                 k,

@@ -1,8 +1,8 @@
 //! A case for every model and every wrapper.
 
 use crate::bsdf::material::{
-    Bitangent, Distribution, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial,
-    Roughness, WardVariant,
+    BelowInterface, Bitangent, CoatReflection, Distribution, PrincipledLayers, PrincipledMaterial,
+    PrincipledThinMaterial, Roughness, ThinFilm, WardVariant,
 };
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
@@ -102,6 +102,80 @@ fn principled(roughness: f32) -> PrincipledMaterial {
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
     }
+}
+
+fn layers() -> PrincipledLayers {
+    PrincipledLayers {
+        specular_tint: WHITE,
+        coat_roughness: float(0.0),
+        coat_reflection: CoatReflection::Here,
+        film: None,
+        diffuse: float(1.0),
+    }
+}
+
+/// A material under a thin film.
+fn filmed(metallic: f32, weight: f32) -> Material {
+    Material::Principled(Box::new(PrincipledMaterial {
+        metallic: float(metallic),
+        layers: Some(PrincipledLayers {
+            specular_tint: rgb(1.0, 0.9, 0.8),
+            film: Some(ThinFilm {
+                weight: float(weight),
+                eta: 1.3,
+                thickness: float(420.0),
+            }),
+            ..layers()
+        }),
+        ..principled(0.45)
+    }))
+}
+
+/// Glass whose index of refraction differs between the channels.
+fn dispersing(roughness: Option<Roughness>) -> Vec<Material> {
+    let part = |eta, color| Material::Dielectric {
+        eta,
+        specular_reflectance: color,
+        specular_transmittance: color,
+        roughness,
+    };
+    let sum = |first, second| Material::Sum {
+        first: MaterialId(first),
+        second: MaterialId(second),
+    };
+    vec![
+        part(1.4, rgb(1.0, 0.0, 0.0)),
+        part(1.5, rgb(0.0, 1.0, 0.0)),
+        part(1.6, rgb(0.0, 0.0, 1.0)),
+        sum(0, 1),
+        sum(3, 2),
+    ]
+}
+
+/// A base, the reflection of its coat, which may be tilted, and their sum.
+fn coated_apart(tilted: Option<Material>) -> Vec<Material> {
+    let base = Material::Principled(Box::new(PrincipledMaterial {
+        clearcoat: float(0.8),
+        layers: Some(PrincipledLayers {
+            coat_reflection: CoatReflection::Apart,
+            diffuse: float(0.7),
+            ..layers()
+        }),
+        ..principled(0.5)
+    }));
+    let reflection = Material::Conductor {
+        eta: rgb(1.5, 1.5, 1.5),
+        k: ColorInput::Constant(Rgb::BLACK),
+        specular_reflectance: rgb(0.8, 0.8, 0.8),
+        roughness: rough(Distribution::Ggx, 0.15, 0.15),
+    };
+    let mut list = vec![base, reflection];
+    list.extend(tilted);
+    list.push(Material::Sum {
+        first: MaterialId(0),
+        second: MaterialId(list.len() as u32 - 1),
+    });
+    list
 }
 
 fn principled_thin(spec_trans: f32, roughness: f32) -> PrincipledThinMaterial {
@@ -237,13 +311,27 @@ fn dielectrics() -> Vec<Named> {
             "diffuse_transmitter",
             vec![Material::DiffuseTransmitter {
                 transmittance: rgb(0.2, 0.5, 0.8),
+                below: None,
             }],
         ),
+        (
+            "diffuse_transmitter_below",
+            vec![Material::DiffuseTransmitter {
+                transmittance: rgb(0.2, 0.5, 0.8),
+                below: Some(BelowInterface {
+                    eta: 1.7,
+                    coat: float(0.8),
+                }),
+            }],
+        ),
+        ("dispersing_glass", dispersing(None)),
+        ("rough_dispersing_glass", dispersing(rough(Ggx, 0.3, 0.3))),
         (
             "leaf",
             vec![
                 Material::DiffuseTransmitter {
                     transmittance: rgb(0.4, 0.9, 0.2),
+                    below: None,
                 },
                 diffuse(),
                 Material::TwoSided {
@@ -362,10 +450,23 @@ fn principled_models() -> Vec<Named> {
                 layers: Some(PrincipledLayers {
                     specular_tint: rgb(2.0, 1.0, 0.3),
                     coat_roughness: float(0.45),
+                    ..layers()
                 }),
                 ..principled(0.4)
             }))],
         ),
+        ("principled_film", vec![filmed(0.2, 0.8)]),
+        ("principled_film_on_metal", vec![filmed(1.0, 1.0)]),
+        (
+            "principled_coat_apart_map",
+            coated_apart(Some(Material::NormalMap {
+                texture: TextureId(0),
+                scale: 0.4,
+                bitangent: Bitangent::AgainstV,
+                inner: MaterialId(1),
+            })),
+        ),
+        ("principled_coat_apart", coated_apart(None)),
         (
             "principled_glass",
             vec![Material::Principled(Box::new(PrincipledMaterial {

@@ -4,12 +4,13 @@
 //!   rays --trace--> hits --sort by material--> packets of sixteen --shade--> rays, connections
 //! ```
 //!
-//! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a
+//! All walks follow their rays (`arrivals`), attenuated inside of bodies (`absorption`). Hits are sorted by material, so that the vertices of a
 //! packet share one: its model, its wrappers and its textures (`vertices`). A packet is shaded in
 //! lanes, with one generator of random numbers per lane (`generators`). The walks that go on are
 //! appended to the stream of the next segment (`walks`), the next round (`rounds`). Walks without a
 //! hit see the environment (`escapes`).
 
+mod absorption;
 mod arrivals;
 mod escapes;
 mod generators;

@@ -1,5 +1,6 @@
 //! Rounds of a stream, and the packets of a round.
 
+use super::absorption::absorb;
 use super::{Arrivals, Bits, Vertices, Walks, used};
 use crate::ids::MaterialId;
 use crate::lanes::{LaneKernel, Width};
@@ -17,6 +18,7 @@ pub(crate) fn follow_all<T: Copy>(
     let mut next = Walks::with_capacity(walks.rays.len());
     while !walks.is_empty() {
         arrivals.trace(scene, &walks.rays);
+        absorb(scene, &mut walks, &arrivals);
         next.clear();
         round(&walks, &arrivals, &mut next);
         std::mem::swap(&mut walks, &mut next);

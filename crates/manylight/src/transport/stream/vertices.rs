@@ -1,5 +1,6 @@
 //! The vertices of a packet: walks that hit one material.
 
+use super::absorption::inside;
 use super::{Arrivals, Generators, WalkRow, Walks};
 use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
 use crate::geometry::{Derivatives, Ray, SurfacePoints, SurfaceRef};
@@ -26,6 +27,8 @@ pub(crate) struct Vertices<'a, S: Width> {
     pub(crate) w_prev: Vector<S>,
     /// Segments up to here, by lane.
     pub(crate) segments: S::Each<u32>,
+    /// The material of the vertices, if there is a medium behind it.
+    around: Option<MaterialId>,
 }
 
 /// The end of a segment of one walk.
@@ -50,6 +53,9 @@ pub(crate) struct NextSegments<'v, S: Width> {
     throughput: [S::Each<f32>; 3],
     eta_squared: S::Each<f32>,
     segments: &'v S::Each<u32>,
+    /// The material around a medium into which the walks of the lanes `enters` go.
+    around: Option<MaterialId>,
+    enters: Bits,
     /// For walks that may meet emitters.
     normals: Option<ReceivingNormals<S>>,
 }
@@ -77,6 +83,7 @@ impl<S: Width> NextSegments<'_, S> {
                 n: self.normals.as_ref().and_then(|normals| normals.get(i)),
                 event: self.event(i),
                 pdf: self.pdf.as_ref()[i],
+                inside: self.around.filter(|_| self.enters >> i & 1 != 0),
             },
             sampler,
             payload,
@@ -165,6 +172,7 @@ impl<'a, S: Width> Vertices<'a, S> {
             w_prev: Vector::from_fn(s, |i| end(i).w_prev),
             segments: s.each(|i| end(i).segments),
             distances: s.each(|i| end(i).distance),
+            around: inside(scene, material),
             index,
             x,
         }
@@ -208,12 +216,27 @@ impl<'a, S: Width> Vertices<'a, S> {
                 throughput: lane(&weights, i),
                 eta_squared: walks.eta_squared[walk],
                 segments: self.segments.as_ref()[i],
-                previous: walks.previous[walk],
+                previous: self.passed(walks.previous[walk], ray.d, i),
                 sampler: generators.get(i),
                 payload: payload(i),
             });
         }
         goes_on & !passes
+    }
+
+    /// The last event of a walk that goes on straight through along `d` in lane `i`.
+    #[inline(always)]
+    fn passed(&self, previous: Previous, d: Vec3, i: usize) -> Previous {
+        match self.around {
+            None => previous,
+            around => {
+                let ng = Vec3::from(lane(&self.x.ng.store(), i));
+                Previous {
+                    inside: around.filter(|_| ng.dot(d) < 0.0),
+                    ..previous
+                }
+            }
+        }
     }
 
     /// What the walk in lane `i` carries for the method.
@@ -254,6 +277,11 @@ impl<'a, S: Width> Vertices<'a, S> {
             throughput: throughput.store(),
             eta_squared: eta_squared.store(),
             segments: &self.segments,
+            around: self.around,
+            enters: match self.around {
+                Some(_) => sample.w.dot(self.x.ng).lt(0.0).bits(),
+                None => 0,
+            },
             normals: None,
         }
     }

@@ -60,6 +60,15 @@ impl<T> WalkRow<T> {
     }
 }
 
+impl<T> Walks<T> {
+    /// Multiplies the throughput of walk `i`.
+    pub(crate) fn scale_throughput(&mut self, i: u32, factor: Rgb) {
+        for (channel, factor) in self.throughput.iter_mut().zip(factor.to_array()) {
+            channel[i as usize] *= factor;
+        }
+    }
+}
+
 impl<T: Copy> Walks<T> {
     /// A stream without walks, with space for `count`.
     pub(crate) fn with_capacity(count: usize) -> Self {

@@ -81,7 +81,7 @@ impl DescBuilder<'_> {
             | Material::Mask { .. }
             | Material::Null => true,
             Material::Principled(principled) => principled.spec_trans != FloatInput::Constant(0.0),
-            Material::Blend { first, second, .. } => {
+            Material::Blend { first, second, .. } | Material::Sum { first, second } => {
                 self.transmits(*first) || self.transmits(*second)
             }
             Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {

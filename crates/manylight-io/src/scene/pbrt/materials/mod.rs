@@ -234,9 +234,10 @@ impl Builder<'_> {
         let reflectance = scaled(&mut self.desc.textures, reflectance, 2.0);
         let first = self.diffuse(reflectance);
         let transmittance = scaled(&mut self.desc.textures, transmittance, 2.0);
-        let second = self
-            .desc
-            .add(Material::DiffuseTransmitter { transmittance });
+        let second = self.desc.add(Material::DiffuseTransmitter {
+            transmittance,
+            below: None,
+        });
         self.blend(FloatInput::Constant(0.5), first, second)
     }
 

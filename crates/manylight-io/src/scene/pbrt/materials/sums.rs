@@ -71,7 +71,7 @@ impl Builder<'_> {
             Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
                 times(reflectance)
             }
-            Material::DiffuseTransmitter { transmittance } => times(transmittance),
+            Material::DiffuseTransmitter { transmittance, .. } => times(transmittance),
             Material::Conductor {
                 specular_reflectance,
                 ..
@@ -129,7 +129,7 @@ impl Builder<'_> {
                     false => self.times_color(*back, color, left)?,
                 };
             }
-            Material::Blend { first, second, .. } => {
+            Material::Blend { first, second, .. } | Material::Sum { first, second } => {
                 *first = self.times_color(*first, color, left)?;
                 *second = self.times_color(*second, color, left)?;
             }

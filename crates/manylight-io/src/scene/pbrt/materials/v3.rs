@@ -215,7 +215,10 @@ impl Builder<'_> {
             parts.push(Part::reflecting(Material::Diffuse { reflectance }));
         }
         if !is_black(transmittance) {
-            let transmitter = Material::DiffuseTransmitter { transmittance };
+            let transmitter = Material::DiffuseTransmitter {
+                transmittance,
+                below: None,
+            };
             parts.push(Part::transmitting(transmitter));
         }
         if !is_black(specular_transmittance) {

@@ -73,7 +73,12 @@ impl<S: Width> PrincipledFront<S> {
     #[inline(always)]
     pub(in crate::bsdf) fn interface_reflectance(&self, cos: Float<S>, least: f32) -> Color<S> {
         let (r, s) = self.fresnel_terms(cos);
-        self.reflectance(r, s.max(least)) + self.layers.tinted(r)
+        let mut sum = self.reflectance(r, s.max(least)) + self.layers.tinted(r);
+        if self.layers.film.is_present().any() {
+            let (reflected, _) = self.layers.film.reflection(cos, least);
+            sum += reflected;
+        }
+        sum
     }
 
     /// Reflectance of a plain dielectric, and Schlick's term, at the cosine `cos` to a facet.
@@ -136,9 +141,16 @@ impl<S: Width> PrincipledFront<S> {
             cos.same(0.0)
         };
         let facing = facets.visible_density(wi, half) * seen;
+        let mut interface = self.reflectance(r, s);
+        let mut kept = r;
+        if EXTRAS && self.layers.film.is_present().any() {
+            let (reflected, reflectance) = self.layers.film.reflection(cos, 0.0);
+            interface += reflected;
+            kept = self.layers.film.kept(r, reflectance);
+        }
         let mut parts = FrontParts {
-            interface: self.reflectance(r, s) * facing,
-            diffuse: self.diffuse::<EXTRAS>(wi, wo, cos, r) * wi.z,
+            interface: interface * facing,
+            diffuse: self.diffuse::<EXTRAS>(wi, wo, cos, kept) * wi.z,
             clearcoat,
             coat: cos.same(0.0),
         };
@@ -170,7 +182,7 @@ impl<S: Width> PrincipledFront<S> {
     }
 
     /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`.
-    /// `r` is the reflectance of the plain dielectric.
+    /// `r` is the reflectance of the interface over the diffuse lobe of the layers.
     #[inline(always)]
     fn diffuse<const EXTRAS: bool>(
         &self,
@@ -304,7 +316,8 @@ impl PrincipledFront<One> {
         let (r, s) = self.fresnel_terms(cos_d.into());
         let plain = self.plain * r + self.schlick * s;
         let tinted = self.layers.tinted_bound();
-        let reflectance = self.schlick_r0.max_channel().get() + plain.get() + tinted;
+        let film = self.layers.film.bound(cos_d);
+        let reflectance = self.schlick_r0.max_channel().get() + plain.get() + tinted + film;
         let interface = facets.projected_bound(halves.highest, incident) * seen;
         let projection = incident.projection(highest);
 

@@ -1,13 +1,14 @@
-//! The layers of glTF 2.0: a tinted dielectric interface over the diffuse part, and a clear coat
-//! over both.
+//! The layers of glTF 2.0: a tinted dielectric interface over the diffuse part, perhaps with a thin
+//! film, and a clear coat over both.
 //!
 //! Sources: "glTF 2.0 Specification", appendix B; KHR_materials_specular; KHR_materials_clearcoat.
 //! The coat is weighted by Fresnel's equations, and what is below by the light that passes it on
 //! both ways, so that the model is reciprocal; the specification has the way to the viewer alone.
 
+use super::film::{Film, FilmParameters};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::Classes;
-use crate::bsdf::material::Distribution;
+use crate::bsdf::material::{CoatReflection, Distribution};
 use crate::bsdf::models::fresnel;
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::lanes::{Color, Float, Mask, One, Vector, Width, lanewise};
@@ -26,6 +27,9 @@ pub(in crate::bsdf) struct LayerParameters<S: Width> {
     /// Weight of the coat.
     pub coat: Float<S>,
     pub coat_roughness: Float<S>,
+    pub coat_reflection: CoatReflection,
+    pub diffuse: Float<S>,
+    pub film: Option<FilmParameters<S>>,
 }
 
 impl<S: Width> LayerParameters<S> {
@@ -58,6 +62,8 @@ pub(in crate::bsdf) struct Layers<S: Width> {
     /// Weight of the coat where it reflects.
     reflecting: Float<S>,
     facets: Microfacets<S>,
+    /// The film over the main interface.
+    pub(super) film: Film<S>,
 }
 
 lanewise!(Layers {
@@ -66,18 +72,27 @@ lanewise!(Layers {
     coat,
     reflecting,
     facets,
+    film,
 });
 
 impl<S: Width> Layers<S> {
-    /// Layers with this [`LayerParameters::added`], and a coat of this weight and roughness alpha.
+    /// Layers with this [`LayerParameters::added`], and a coat of this weight and roughness alpha
+    /// that reflects with the weight `reflecting`.
     #[inline(always)]
-    pub(super) fn new(tint: Color<S>, coat: Float<S>, alpha: Float<S>) -> Self {
+    pub(super) fn new(
+        tint: Color<S>,
+        coat: Float<S>,
+        reflecting: Float<S>,
+        alpha: Float<S>,
+        film: Film<S>,
+    ) -> Self {
         Layers {
             present: coat.same(1.0),
             tint,
             coat,
-            reflecting: coat,
+            reflecting,
             facets: Microfacets::new(Distribution::Ggx, alpha, alpha),
+            film,
         }
     }
 
@@ -92,15 +107,23 @@ impl<S: Width> Layers<S> {
             coat: zero,
             reflecting: zero,
             facets: Microfacets::new(Distribution::Ggx, one, one),
+            film: Film::new(FilmParameters::none(s), Color::grey(zero)),
         }
     }
 
-    /// The layers in a front with `lobes`, in which the dielectric has the weight `plain`.
+    /// The layers in a front with `lobes`, in which the interface has the weight `interface`, and
+    /// the dielectric without a film the weight `plain`.
     #[inline(always)]
-    pub(super) fn requested(&self, plain: Float<S>, lobes: Classes<S>) -> Self {
+    pub(super) fn requested(
+        &self,
+        interface: Float<S>,
+        plain: Float<S>,
+        lobes: Classes<S>,
+    ) -> Self {
         Layers {
             tint: self.tint * plain,
-            reflecting: lobes.has(self.coat_class()).select(self.coat, 0.0),
+            film: self.film.requested(interface),
+            reflecting: lobes.has(self.coat_class()).select(self.reflecting, 0.0),
             ..*self
         }
     }
@@ -111,6 +134,7 @@ impl<S: Width> Layers<S> {
         Layers {
             tint: self.tint * weight,
             reflecting: self.reflecting * weight,
+            film: self.film.weighted(weight),
             ..self
         }
     }
@@ -136,16 +160,16 @@ impl<S: Width> Layers<S> {
         self.facets.class()
     }
 
-    /// Reflectance of the coat, with its weight, at the cosine `cos` to a facet.
+    /// Light that the coat reflects at the cosine `cos` to a facet.
     #[inline(always)]
     pub(super) fn coat_reflectance(&self, cos: Float<S>) -> Float<S> {
-        self.coat * coat_fresnel(cos)
+        self.reflecting * coat_fresnel(cos)
     }
 
     /// Fraction of light that passes the coat at the cosine `cos` to the surface normal.
     #[inline(always)]
     pub(super) fn passing(&self, cos: Float<S>) -> Float<S> {
-        1.0 - self.coat_reflectance(cos)
+        1.0 - self.coat * coat_fresnel(cos)
     }
 
     /// The reflection of the coat times the cosine of `wi`; `cos` is that of both directions to

@@ -4,12 +4,15 @@
 //! BSDF with Integrated Subsurface Scattering", 2015. Where these leave a choice, it is Mitsuba
 //! 3's.
 
+mod film;
 mod front;
 mod layers;
 mod sampling;
 mod terms;
 mod thin;
 
+use film::Film;
+pub(in crate::bsdf) use film::FilmParameters;
 use front::PrincipledFront;
 pub(in crate::bsdf) use front::PrincipledToWo;
 pub(in crate::bsdf) use layers::LayerParameters;
@@ -21,7 +24,7 @@ use super::fresnel;
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
-use crate::bsdf::material::Distribution;
+use crate::bsdf::material::{CoatReflection, Distribution};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
@@ -84,8 +87,10 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     /// Whether the layers are those of glTF 2.0. Then `clearcoat` and `clearcoat_alpha` are those
     /// of their coat.
     layered: bool,
+    coat_reflection: CoatReflection,
     /// [`LayerParameters::added`].
     tint: Color<S>,
+    film: FilmParameters<S>,
     diffuse_rate: f32,
     specular_rate: f32,
     clearcoat_rate: f32,
@@ -133,6 +138,11 @@ impl<S: Width> Principled<S> {
                 (Color::grey(zero), p.clearcoat, alpha)
             }
         };
+        let (diffuse, coat_reflection) = match &p.layers {
+            Some(layers) => (layers.diffuse, layers.coat_reflection),
+            None => (zero.same(1.0), CoatReflection::Here),
+        };
+        let film = p.layers.as_ref().and_then(|layers| layers.film);
         let a2 = clearcoat_alpha * clearcoat_alpha;
         let layered = p.layers.is_some();
         let clearcoat_norm = match layered {
@@ -144,7 +154,7 @@ impl<S: Width> Principled<S> {
             facets: disney_facets(p.roughness, p.anisotropic),
             roughness: p.roughness,
             metallic: p.metallic,
-            brdf: (1.0 - p.metallic) * (1.0 - p.spec_trans),
+            brdf: (1.0 - p.metallic) * (1.0 - p.spec_trans) * diffuse,
             bsdf: (1.0 - p.metallic) * p.spec_trans,
             eta: p.eta,
             spec_tint: p.spec_tint,
@@ -155,7 +165,9 @@ impl<S: Width> Principled<S> {
             clearcoat_alpha,
             clearcoat_norm,
             layered,
+            coat_reflection,
             tint,
+            film: film.unwrap_or(FilmParameters::none(zero.width())),
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
@@ -170,6 +182,15 @@ impl<S: Width> Principled<S> {
     #[inline(always)]
     fn clearcoat_class(&self) -> Classes<S> {
         Classes::of_microfacets(self.clearcoat_alpha)
+    }
+
+    /// The weight with which the clear coat reflects.
+    #[inline(always)]
+    fn clearcoat_reflecting(&self) -> Float<S> {
+        match self.coat_reflection {
+            CoatReflection::Here => self.clearcoat,
+            CoatReflection::Apart => self.clearcoat.same(0.0),
+        }
     }
 
     /// Reflection on the front by class.
@@ -212,13 +233,15 @@ impl<S: Width> Principled<S> {
         let tint = luminance_tint(self.base_color);
         let schlick_r0 = self.base_color * self.metallic + tint * (r0 * tinted);
         let sheen = tint.map(|v| (1.0 - self.sheen_tint) + v * self.sheen_tint);
-        let plain = (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface;
+        let layers = self.layers();
+        let bare = interface * layers.film.bare();
+        let plain = (1.0 - self.metallic) * (1.0 - self.spec_tint) * bare;
         PrincipledFront {
             eta: interface.same(self.eta),
             inv_eta: interface.same(self.eta.recip()),
             plain,
-            schlick: (self.metallic + tinted) * interface,
-            schlick_r0: schlick_r0 * interface,
+            schlick: (self.metallic + tinted) * bare,
+            schlick_r0: schlick_r0 * bare,
             base: self.base_color
                 * (self.brdf * FRAC_1_PI * diffuse * (1.0 - self.tint.max_channel())),
             sheen: sheen * (self.sheen * diffuse),
@@ -232,7 +255,7 @@ impl<S: Width> Principled<S> {
             },
             clearcoat_excess: self.clearcoat_excess(),
             clearcoat_norm: self.clearcoat_norm,
-            layers: self.layers().requested(plain, lobes),
+            layers: layers.requested(interface, plain, lobes),
         }
     }
 
@@ -251,9 +274,23 @@ impl<S: Width> Principled<S> {
     #[inline(always)]
     fn layers(&self) -> Layers<S> {
         match self.layered {
-            true => Layers::new(self.tint, self.clearcoat, self.clearcoat_alpha),
+            true => Layers::new(
+                self.tint,
+                self.clearcoat,
+                self.clearcoat_reflecting(),
+                self.clearcoat_alpha,
+                Film::new(self.film, self.normal_reflectance()),
+            ),
             false => Layers::none(self.clearcoat.width()),
         }
+    }
+
+    /// Reflectance at normal incidence: that of the tinted dielectric, or of the metal.
+    #[inline(always)]
+    fn normal_reflectance(&self) -> Color<S> {
+        let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
+        let dielectric = self.tint.map(|added| r0 + (1.0 - r0) * added);
+        dielectric.lerp(self.base_color, self.metallic)
     }
 
     /// See [`terms::gtr1`].
@@ -282,9 +319,9 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
     fn lobes(&self) -> Classes<S> {
         let has_diffuse = self.brdf.gt(0.0) | self.sheen.gt(0.0);
         let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
-        self.specular_class()
-            .or(glossy.within(has_diffuse))
-            .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
+        self.specular_class().or(glossy.within(has_diffuse)).or(self
+            .clearcoat_class()
+            .within(self.clearcoat_reflecting().gt(0.0)))
     }
 
     #[inline(always)]
@@ -332,7 +369,8 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
 
     #[inline(always)]
     fn alpha(&self) -> Float<S> {
-        let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
+        let reflects = self.clearcoat_reflecting().gt(0.0);
+        let clearcoat = reflects.select(self.clearcoat_alpha, 1.0);
         least_glossy([self.facets.min_alpha(), clearcoat])
     }
 }

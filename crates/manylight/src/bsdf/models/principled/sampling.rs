@@ -63,7 +63,7 @@ impl<S: Width> Principled<S> {
         };
         let one = cos.same(1.0);
         chosen.diffuse = fallback(lobes.glossy, one, chosen.diffuse);
-        chosen.clearcoat = fallback(of_clearcoat, self.clearcoat, chosen.clearcoat);
+        chosen.clearcoat = fallback(of_clearcoat, self.clearcoat_reflecting(), chosen.clearcoat);
         chosen.specular = fallback(of_specular, one, chosen.specular);
         let below = cos.lt(0.0);
         let transparent = (of_specular & self.transmits()).select(1.0, 0.0);
