@@ -10,17 +10,19 @@
 //!
 //! ```text
 //!  3 reconstruct
-//!  2 features
+//!  2 features symmetries
 //!  1 oidn
-//!  0 api search blend
+//!  0 api search blend outliers
 //! ```
 
 mod api;
 mod blend;
 mod features;
 mod oidn;
+mod outliers;
 mod reconstruct;
 mod search;
+mod symmetries;
 #[cfg(test)]
 mod tests;
 

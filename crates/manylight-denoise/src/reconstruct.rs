@@ -3,6 +3,8 @@
 use crate::blend::blend;
 use crate::features::FeatureImages;
 use crate::oidn::{Features, FilterError, Oidn};
+use crate::outliers::spreads;
+use crate::symmetries::filter_by_symmetries;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight::integrators::choice::FilterInput;
@@ -14,8 +16,8 @@ const LEAST_SIZE: u32 = 8;
 
 /// The denoised image of `film`: the sum of its terms, each of which is filtered and blended with
 /// its noisy image by the estimated errors of both. If variances are not known, after a single
-/// pass, or if the film has no terms, the beauty is filtered as a whole. A film below 8 pixels in
-/// width or height is not filtered.
+/// pass, or if the film has no terms, the beauty is filtered as a whole. Emission stays as it is if
+/// the filter spreads its lamps. A film below 8 pixels in width or height is not filtered.
 ///
 /// # Errors
 /// `cancel` becomes true, or the library reports an error.
@@ -80,7 +82,17 @@ fn denoise_layer(
     if noisy.data.iter().all(|&v| v == 0.0) {
         return Ok(noisy);
     }
-    let filtered = oidn.filter(&noisy, features.map(FeatureImages::features), cancel)?;
+    let features = features.map(FeatureImages::features);
+    let filtered = filter_by_symmetries(oidn, &noisy, features, cancel)?;
     let variance = film.layer_variance(layer).unwrap_or_default();
-    Ok(blend(&filtered, &noisy, &variance))
+    let blended = blend(&filtered, &noisy, &variance);
+    // Bright pixels of other terms may be noise, which must be filtered.
+    if layer == Layer::Emission {
+        let picture = film.image(Layer::Beauty).unwrap_or_default();
+        let variance = film.layer_variance(Layer::Beauty).unwrap_or_default();
+        if spreads(&blended, &noisy, &picture, &variance) {
+            return Ok(noisy);
+        }
+    }
+    Ok(blended)
 }

@@ -1,5 +1,6 @@
 //! Tests with the library. They pass without testing anything where it is not installed.
 
+use crate::symmetries::filter_by_symmetries;
 use crate::{
     FeatureImages, FilterError, LIBRARY_NAME, Oidn, SearchPlaces, denoise_film, render_features,
 };
@@ -69,6 +70,26 @@ fn noise_is_filtered() {
     let image = noisy(64, 48, 0.3);
     let filtered = oidn.filter(&image, None, &NEVER).unwrap();
     assert!(deviation(&filtered) < 0.2 * deviation(&image));
+}
+
+#[test]
+fn constants_stay_at_the_borders() {
+    let Some(oidn) = installed() else { return };
+    for (width, height) in [(64, 48), (50, 37), (9, 8)] {
+        let image = noisy(width, height, 0.0);
+        let filtered = filter_by_symmetries(&oidn, &image, None, &NEVER).unwrap();
+        let largest = |image: &Image| {
+            let deviations = image.data.iter().map(|v| (v - 0.5).abs());
+            deviations.fold(0.0, f32::max)
+        };
+        let (bare, kept) = (oidn.filter(&image, None, &NEVER).unwrap(), filtered);
+        println!("{width}x{height}: {} {}", largest(&bare), largest(&kept));
+        assert!(
+            largest(&kept) < 0.02,
+            "{width}x{height}: {}",
+            largest(&kept)
+        );
+    }
 }
 
 #[test]

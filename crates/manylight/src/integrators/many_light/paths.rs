@@ -53,8 +53,8 @@ pub(super) struct Prefix {
     pub(super) number: Option<PathNumber>,
     /// Distance from the camera along the path, in m.
     pub(super) length: f32,
-    /// Weight by the reconstruction filter.
-    pub(super) filter_weight: f32,
+    /// The path in the layers of first surfaces and events.
+    pub(super) event: SampleShare,
 }
 
 /// See [`PathPart::Direction`].
@@ -119,16 +119,11 @@ impl PathState {
 impl CameraPath for PathState {
     #[inline(always)]
     fn first(&self) -> Option<FirstPart> {
-        let prefix = self.prefix()?;
-        let share = 1.0 / prefix.number?.count as f32;
-        Some(FirstPart {
+        self.prefix().map(|prefix| FirstPart {
             pixel: self.pixel,
             hidden: prefix.length,
-            event: SampleShare {
-                filter_weight: prefix.filter_weight,
-                share,
-            },
-            surface_share: share,
+            event: prefix.event,
+            surface_share: prefix.event.share,
         })
     }
 

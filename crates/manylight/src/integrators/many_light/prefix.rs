@@ -10,6 +10,7 @@ use crate::film::{FilmSampler, Layer};
 use crate::integrators::camera_round::{Arrived, CameraStart};
 use crate::integrators::connections::{EmitterQuery, EmitterReflection, ReflectingPath};
 use crate::integrators::context::PassContext;
+use crate::integrators::first_event::SampleShare;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Mask, Width};
 use crate::math::{UVec2, Vec2};
@@ -70,7 +71,10 @@ fn camera_walk(
         part: PathPart::Prefix(Prefix {
             number,
             length: start.hidden,
-            filter_weight: start.filter_weight,
+            event: SampleShare {
+                filter_weight: start.filter_weight,
+                share: 1.0 / (prepared.camera_paths * EMISSION_PATHS) as f32,
+            },
         }),
     };
     start.walk(prepared.camera_paths, sampler.branch(), path)
