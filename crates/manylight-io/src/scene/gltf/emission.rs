@@ -37,12 +37,13 @@ pub(super) fn back(geometry: &Geometry) -> Geometry {
     back
 }
 
-/// Whether every edge has a triangle on each side. Vertices with equal positions are the same.
+/// Whether every edge has a triangle on each side. Vertices with equal positions are the same; 0 is
+/// added because 0 and -0 are equal.
 pub(super) fn is_closed(geometry: &Geometry) -> bool {
     let place = |vertex: u32| {
         geometry.positions[vertex as usize]
             .to_array()
-            .map(f32::to_bits)
+            .map(|v| (v + 0.0).to_bits())
     };
     let mut edges: HashMap<_, i64> = HashMap::new();
     for triangle in &geometry.triangles {
