@@ -1,7 +1,8 @@
-//! Errors of the pictures of the pre-pass.
+//! Errors of the pictures of the pre-pass, and the weights that follow from them.
 
 use super::pictures::{PrePass, Term, sum_of_terms, trimmed_mean};
 use super::{ChoiceErrors, Filter, SHARED_NOISE, weight};
+use crate::integrators::mixed::PathWeights;
 
 /// Edge of the blocks in which the light of path samples and of virtual lights is compared.
 const LIGHT_BLOCK: usize = 8;
@@ -11,6 +12,19 @@ const SIGNIFICANT: f64 = 3.0;
 const LEAST_EXCESS: f64 = 0.1;
 
 impl PrePass {
+    /// The weights of path samples by the variances of the terms.
+    pub(super) fn weights(&self, filtered: bool) -> PathWeights {
+        let [emission, direct, indirect, caustics] = self
+            .term_variances(filtered)
+            .map(|[path, lights]| weight(path, lights));
+        PathWeights {
+            emission,
+            direct,
+            indirect,
+            caustics,
+        }
+    }
+
     /// The errors of all methods.
     pub(super) fn errors(&self, filter: Option<Filter>) -> ChoiceErrors {
         let [g0, g1, g2, g3] = self.groups.each_ref().map(sum_of_terms);

@@ -23,7 +23,7 @@ mod pictures;
 use super::context::PassContext;
 use super::many_light::{LightPictures, ManyLight};
 use super::method::MethodKind;
-use super::mixed::{Mixed, PathWeights};
+use super::mixed::Mixed;
 use crate::image::Image;
 use crate::scene::{PathLimits, Scene};
 use pictures::{PrePass, shadow_rays_per_sample};
@@ -174,24 +174,10 @@ fn weight(path: f64, lights: f64) -> f32 {
     ((weight * WEIGHT_STEPS).round() / WEIGHT_STEPS) as f32
 }
 
-impl PrePass {
-    /// The weights of path samples by the variances of the terms.
-    fn weights(&self, filtered: bool) -> PathWeights {
-        let [emission, direct, indirect, caustics] = self
-            .term_variances(filtered)
-            .map(|[path, lights]| weight(path, lights));
-        PathWeights {
-            emission,
-            direct,
-            indirect,
-            caustics,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrators::mixed::PathWeights;
 
     fn errors(path: f64, lights: f64, mixed: f64) -> ChoiceErrors {
         ChoiceErrors {
