@@ -3,20 +3,31 @@
 use manylight::image::Image;
 
 /// Squared change by the filter from which on bright pixels have spread, relative to the variance
-/// of the picture. It is 7 to 73 in many-lights-bunny, with lamps a thousand times brighter than
-/// the rest; at most 2.2 in veach-mis, staircase2 and living-room, but for 47 in veach-mis after 4
-/// samples of path tracing (`path` and `rich-vpl`, 4 and 16 passes).
-const SPREADING: f32 = 4.0;
+/// of the term. In many-lights-bunny, with lamps a thousand times brighter than the rest, it is 176
+/// or more; in veach-mis, staircase2 and living-room at most 13 from 8 passes on (`path` with 8, 16
+/// and 32 passes, `rich-vpl` with 16).
+const SPREADING: f32 = 50.0;
 
-/// Whether the filter has spread bright pixels of a term to others. `filtered` and `noisy` are the
-/// term, `picture` and `variance` the beauty. The squared change of the term is its variance plus
-/// the squared error of the filter: if it is far above the variance of the whole picture, the
-/// filter does more harm than it can do good. All are relative to the squared radiance of the
+/// Passes below which variances miss rare bright samples: there, [`SPREADING`] grows by the square
+/// of the missing factor. After 4 passes the change is up to 138 in veach-mis, and at least 765 in
+/// many-lights-bunny.
+const KNOWN_FROM: f32 = 8.0;
+
+/// Whether the filter has spread bright pixels of a term to others. `filtered`, `noisy` and
+/// `variance` are those of the term after `passes` passes, `picture` is the beauty. The squared
+/// change is the variance plus the squared error of the filter: if it is far above the variance,
+/// the filter does more harm than it can do good. Both are relative to the squared radiance of the
 /// picture, so that lamps do not decide. All images have the same size.
-pub(crate) fn spreads(filtered: &Image, noisy: &Image, picture: &Image, variance: &Image) -> bool {
+pub(crate) fn spreads(
+    [filtered, noisy]: [&Image; 2],
+    variance: &Image,
+    picture: &Image,
+    passes: u32,
+) -> bool {
     let squares = (filtered.data.iter().zip(&noisy.data)).map(|(y, x)| (y - x) * (y - x));
     let change = relative_sum(squares, picture);
-    change > SPREADING * relative_sum(variance.data.iter().copied(), picture)
+    let factor = SPREADING * (KNOWN_FROM / passes.max(1) as f32).max(1.0).powi(2);
+    change > factor * relative_sum(variance.data.iter().copied(), picture)
 }
 
 /// Sum of squared radiances relative to `p² + 0.01 m²`, where `p` is the pixel of `picture` and `m`
@@ -53,18 +64,19 @@ mod tests {
     #[test]
     fn light_of_a_lamp_on_dark_pixels_is_found() {
         let (noisy, picture, variance) = (lamp(0.0), lamp(0.1), gray(|_| 1e-3));
-        assert!(spreads(&lamp(1.0), &noisy, &picture, &variance));
-        assert!(!spreads(&lamp(0.03), &noisy, &picture, &variance));
+        let spread = |rest, passes| spreads([&lamp(rest), &noisy], &variance, &picture, passes);
+        assert!(spread(1.0, 8) && !spread(0.2, 8));
+        assert!(!spread(1.0, 2), "variances of two passes are not trusted");
     }
 
     #[test]
     fn noise_that_the_filter_takes_away_is_no_spreading() {
         let noisy = gray(|i| if i % 4 == 0 { 4.0 } else { 0.0 });
         let filtered = gray(|_| 1.0);
-        assert!(!spreads(&filtered, &noisy, &filtered, &gray(|_| 3.0)));
-        let unknown = gray(|_| f32::INFINITY);
-        assert!(!spreads(&filtered, &noisy, &filtered, &unknown));
+        let images = [&filtered, &noisy];
+        assert!(!spreads(images, &gray(|_| 3.0), &filtered, 8));
+        assert!(!spreads(images, &gray(|_| f32::INFINITY), &filtered, 8));
         let black = gray(|_| 0.0);
-        assert!(!spreads(&black, &black, &black, &black));
+        assert!(!spreads([&black, &black], &black, &black, 8));
     }
 }

@@ -89,8 +89,7 @@ fn denoise_layer(
     // Bright pixels of other terms may be noise, which must be filtered.
     if layer == Layer::Emission {
         let picture = film.image(Layer::Beauty).unwrap_or_default();
-        let variance = film.layer_variance(Layer::Beauty).unwrap_or_default();
-        if spreads(&blended, &noisy, &picture, &variance) {
+        if spreads([&blended, &noisy], &variance, &picture, film.passes()) {
             return Ok(noisy);
         }
     }
