@@ -22,7 +22,6 @@ use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::math::UVec2;
 use crate::sampling::Stream;
-use crate::sampling::rng::mix;
 use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
 
@@ -169,7 +168,7 @@ impl LightSubsets {
 
     /// The lights of `pixel` in pass `index`.
     pub(super) fn of_pixel(&self, index: u32, pixel: UVec2) -> Subset {
-        let place = place_in_pattern(pixel, self.interleaving, self.start);
+        let place = place_in_pattern(pixel, self.interleaving);
         let ahead = place * (self.shaded / self.interleaving.pow(2));
         let k = self.first + (index - self.start + ahead) % self.shaded;
         Subset::ALL.part(k % self.count, self.count)
@@ -181,20 +180,14 @@ impl LightSubsets {
     }
 }
 
-/// The place of a pixel in the order of its pattern of `edge` x `edge` pixels, `edge` a power of
-/// two: Bayer's matrix, in which pixels that follow each other lie far apart, under a random
-/// permutation, without which the noise shows the grid. The permutations of groups that begin with
-/// pass `start` belong to it.
-fn place_in_pattern(pixel: UVec2, edge: u32, start: u32) -> u32 {
+/// The place of a pixel in the order of a pattern of `edge` x `edge` pixels, `edge` a power of two:
+/// Bayer's matrix, in which pixels that follow each other lie far apart.
+fn place_in_pattern(pixel: UVec2, edge: u32) -> u32 {
     let levels = edge.ilog2();
-    let place = (0..levels).fold(0, |place, level| {
+    (0..levels).fold(0, |place, level| {
         let (x, y) = (pixel.x >> level & 1, pixel.y >> level & 1);
         place | ((x ^ y) << 1 | y) << (2 * (levels - 1 - level))
-    });
-    let pattern = pixel / edge;
-    let key = u64::from(pattern.y) << 32 | u64::from(pattern.x);
-    let random = mix(key ^ mix(u64::from(start))) as u32;
-    place ^ random & (edge * edge - 1)
+    })
 }
 
 #[cfg(test)]
