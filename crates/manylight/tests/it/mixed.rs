@@ -176,7 +176,8 @@ fn errors_are_those_of_the_filtered_pictures() {
     let same = |input: &FilterInput| Some(input.radiance.clone());
     let same = pre_pass.choice(Some(&same)).errors;
     assert!(same.filtered);
-    assert_eq!(same.path, noisy.path);
+    // The filter's pictures have single precision.
+    assert!((same.path / noisy.path - 1.0).abs() < 1e-6, "{same:?}");
     assert!(same.lights >= noisy.lights);
     let constant = |input: &FilterInput| {
         let Image { width, height, .. } = input.radiance;

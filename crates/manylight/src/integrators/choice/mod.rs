@@ -26,6 +26,7 @@ use super::method::MethodKind;
 use super::mixed::Mixed;
 use crate::image::Image;
 use crate::scene::{PathLimits, Scene};
+pub use pictures::FilterInput;
 use pictures::{PrePass, shadow_rays_per_sample};
 use std::num::NonZeroU32;
 
@@ -59,17 +60,6 @@ const SHARED_NOISE: f64 = 1.4;
 const COMPARED_PASSES: f64 = 4.0;
 /// Steps of a weight: its text is exact.
 const WEIGHT_STEPS: f64 = 64.0;
-
-/// A picture to be filtered, with features that are nearly free of noise.
-#[derive(Clone, Debug)]
-pub struct FilterInput {
-    /// Radiance.
-    pub radiance: Image,
-    /// Albedo of the first surfaces.
-    pub albedo: Image,
-    /// Their shading normals.
-    pub normal: Image,
-}
 
 /// The filter that a render ends with; `None` if it fails.
 pub type Filter<'f> = &'f dyn Fn(&FilterInput) -> Option<Image>;

@@ -1,6 +1,5 @@
 //! The pictures of the pre-pass.
 
-use super::FilterInput;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, ShadedPixels, Tiling};
 use crate::image::Image;
@@ -40,6 +39,17 @@ const PATH_LAYERS: [Layer; EFFORT_LAYERS.len() + 2] = {
     layers[EFFORT_LAYERS.len() + 1] = Layer::Normal;
     layers
 };
+
+/// A picture to be filtered, with features that are nearly free of noise.
+#[derive(Clone, Debug)]
+pub struct FilterInput {
+    /// Radiance.
+    pub radiance: Image,
+    /// Albedo of the first surfaces.
+    pub albedo: Image,
+    /// Their shading normals.
+    pub normal: Image,
+}
 
 /// The terms that have weights, each by its layers.
 const TERMS: [&[Layer]; 4] = [
