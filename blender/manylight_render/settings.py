@@ -5,6 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 METHODS = [
+    ("auto", "Automatic", "Path tracing, Rich VPLs, or the mean of both: what has the least error in the scene"),
     ("rich-vpl", "Rich VPLs", "Rich virtual point lights, placed by importance; each stands for all photons in its cell"),
     ("rich-lightcuts", "Rich lightcuts", "Lightcuts with many Rich-VPLs"),
     ("bidirectional-lightcuts", "Bidirectional lightcuts", "One cut through all pairs of gather points and Rich-VPLs"),
@@ -32,7 +33,7 @@ TERMS = ("emission", "direct", "virtual_lights", "compensation", "caustics")
 
 
 class SceneSettings(bpy.types.PropertyGroup):
-    method: EnumProperty(name="Method", items=METHODS, default="rich-vpl")
+    method: EnumProperty(name="Method", items=METHODS, default="auto")
     passes: IntProperty(name="Passes", description="Samples of a pixel; 0: until the time is over", default=64, min=0)
     time: FloatProperty(
         name="Time limit", description="Stop after this time without loading, in seconds; 0: no limit", min=0.0, unit="NONE"

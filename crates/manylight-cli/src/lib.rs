@@ -13,11 +13,11 @@
 //! ```text
 //! 10 command embed
 //!  9 prepared
-//!  8 part
+//!  8 part pre_pass
 //!  7 session memory
 //!  6 report
 //!  5 repeat study_interface
-//!  4 request picture progress usage
+//!  4 choice request picture progress usage
 //!  3 args method
 //!  2 preset
 //!  1 light_options output interrupt
@@ -25,6 +25,7 @@
 //! ```
 
 mod args;
+mod choice;
 mod command;
 pub mod embed;
 mod failure;
@@ -36,6 +37,7 @@ mod names;
 mod output;
 mod part;
 mod picture;
+mod pre_pass;
 mod prepared;
 mod preset;
 mod progress;

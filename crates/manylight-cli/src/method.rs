@@ -6,7 +6,8 @@ use crate::light_options::{LightArgs, LightOption, MANY_LIGHT, PHOTON_MAP};
 use crate::preset::{self, Preset};
 use manylight::integrators::MethodKind;
 use manylight::integrators::many_light::{
-    ClampRule, Compensation, Contradiction, Effort, ManyLight, PHOTON_PATHS_PER_LIGHT, Strategy,
+    ClampRule, Compensation, Contradiction, Effort, FluxRule, Kernel, ManyLight,
+    PHOTON_PATHS_PER_LIGHT, Resampling, Strategy,
 };
 
 /// The method of `preset` with the settings of `options`.
@@ -92,6 +93,26 @@ fn follow(method: &mut ManyLight, given: &LightArgs) {
             method.compensation = Compensation::None;
         }
     }
+}
+
+/// The failure of settings with which the mean of virtual lights is not that of path tracing, so
+/// that no choice is between them; `None` if there are none.
+pub(crate) fn choice_refusal(method: &ManyLight) -> Option<Failure> {
+    let refused = [
+        (method.strategy != Strategy::All, "--strategy"),
+        (method.kernel == Kernel::Sphere, "--kernel sphere"),
+        (method.flux == FluxRule::Density, "--flux density"),
+        (
+            method.compensation == Compensation::None && method.clamp != ClampRule::None,
+            "--compensation none",
+        ),
+        (method.resampling == Resampling::New, "--resampling new"),
+    ];
+    let (_, option) = refused.into_iter().find(|(is_refused, _)| *is_refused)?;
+    Some(Failure::usage(
+        format!("{option} has no meaning for the method `auto`, which may choose path tracing"),
+        "name a method of virtual lights, such as --method rich-vpl",
+    ))
 }
 
 /// The failure of settings that contradict each other, in words of the options.
@@ -196,6 +217,23 @@ mod tests {
             ("-m vpl -n auto", Effort::Measured),
         ] {
             assert_eq!(lights(&format!("s.xml {words}")).effort, effort, "{words}");
+        }
+    }
+
+    #[test]
+    fn a_choice_is_between_methods_with_the_same_mean() {
+        for (words, is_refused) in [
+            ("", false),
+            ("-n 512 --photons 1000 --placement uniform --clamp 3", false),
+            ("--clamp none --compensation none", false),
+            ("--compensation none", true),
+            ("--strategy lightcuts", true),
+            ("--kernel sphere", true),
+            ("--flux density", true),
+            ("--resampling new", true),
+        ] {
+            let refusal = choice_refusal(&lights(&format!("s.xml {words}")));
+            assert_eq!(refusal.is_some(), is_refused, "{words}");
         }
     }
 

@@ -41,6 +41,8 @@ impl<'s> Prepared<'s> {
         (session.pool).install(|| check_memory(limit, &job, surroundings))?;
         let identity = session.settings(&job).identity(&session.digest);
         let resumed = Resumed::load(&session.request, &job, &identity)?;
+        job.budget.time =
+            (job.budget.time).map(|limit| limit.saturating_sub(session.choice_time()));
         let features = session.features(&mut job, interrupt);
         resumed.state.add_to(&session.stats);
         Ok(Prepared {

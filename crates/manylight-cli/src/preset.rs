@@ -23,8 +23,24 @@ impl PartialEq for Preset {
     }
 }
 
+/// Name of the method that is chosen when the scene is known.
+const AUTO: &str = "auto";
+
+impl Preset {
+    /// Whether its settings are those of virtual lights that path tracing may replace or join, by a
+    /// choice when the scene is known.
+    pub(crate) fn is_chosen(&self) -> bool {
+        self.name == AUTO
+    }
+}
+
 /// All presets, the default first.
 pub(crate) const PRESETS: &[Preset] = &[
+    Preset {
+        name: AUTO,
+        summary: "Path tracing, rich-vpl, or the mean of both: what has the least error in this scene, by a short pre-pass",
+        kind: || MethodKind::ManyLight(ManyLight::rich_vpl_by_scene()),
+    },
     Preset {
         name: "rich-vpl",
         summary: "Rich virtual point lights: placed by importance, each represents all photons in its Voronoi cell",
@@ -152,10 +168,11 @@ mod tests {
             assert_eq!(find(preset.name).unwrap().summary, preset.summary);
         }
         assert!(find("rich-vlp").is_none());
-        assert_eq!(DEFAULT, "rich-vpl");
+        assert_eq!(DEFAULT, "auto");
         assert_eq!(
             names_with("lights"),
             [
+                "auto",
                 "rich-vpl",
                 "rich-vpl-paper",
                 "rich-vsl",
@@ -170,6 +187,7 @@ mod tests {
         assert_eq!(
             names_with("table-size"),
             [
+                "auto",
                 "rich-vpl",
                 "rich-vpl-paper",
                 "rich-vsl",

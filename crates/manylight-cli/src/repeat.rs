@@ -1,11 +1,12 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a
 //! command that repeats the render.
 
+use crate::choice;
 use crate::light_options;
 use crate::names::filter_name;
 use crate::request::RenderRequest;
 use manylight::film::FilmDesc;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{Choice, Method, MethodKind};
 use manylight_denoise::Version;
 use manylight_lab::text::quoted;
 use serde::Serialize;
@@ -20,6 +21,8 @@ pub(crate) struct Settings<'r> {
     pub(crate) method: &'r Method,
     /// The film in effect: size, crop window and filter.
     pub(crate) film: &'r FilmDesc,
+    /// What was chosen, by a method that is chosen.
+    pub(crate) choice: Option<&'r Choice>,
     /// Number of threads.
     pub(crate) threads: usize,
     /// Version of Open Image Denoise, if the image is to be denoised.
@@ -42,6 +45,10 @@ impl Settings<'_> {
             "threads": self.threads,
             "oidn_version": self.oidn.map(|version| version.to_string()),
         })));
+        map.extend(
+            self.choice
+                .map(|choice| ("choice_errors".into(), choice::figures(choice))),
+        );
         map
     }
 
@@ -64,6 +71,7 @@ impl Settings<'_> {
             }
             _ => {}
         }
+        map.extend(self.choice.map(choice::deciding).unwrap_or_default());
         map.extend(written(&request.paths));
         map.extend(written(&request.camera));
         map.extend(written(&request.parts));
@@ -121,19 +129,26 @@ fn object(value: Value) -> Map<String, Value> {
 }
 
 /// The command that repeats a render of `passes` passes with identical bits, independent of what
-/// ended it.
-pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
+/// ended it, and of the pre-pass of a choice where a single method was chosen.
+pub(crate) fn command_line(
+    request: &RenderRequest,
+    choice: Option<&Choice>,
+    passes: u32,
+) -> String {
     let mut words = vec!["manylight".to_owned(), "render".into()];
     words.push(request.scene.display().to_string());
     let mut add = |name: &str, value: Value| words.extend(option_words(name, value));
-    add("method", request.paths.method.name.into());
-    for (name, value) in light_options::settings(&request.kind) {
-        add(name, value.into());
+    let method = choice.map_or(request.paths.method.name, choice::repeating_method);
+    add("method", method.into());
+    if !choice.is_some_and(choice::is_path) {
+        for (name, value) in light_options::settings(&request.kind) {
+            add(name, value.into());
+        }
     }
     add("passes", passes.into());
     for group in [
         written(&request.paths),
-        written(&request.parts),
+        written(&choice::parts(&request.parts, choice)),
         written(&request.camera),
         written(&request.denoise),
         written(&request.picture.file),
@@ -204,7 +219,7 @@ mod tests {
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();
             let asked = request(&start.chain(options.split_whitespace()).collect::<Vec<_>>());
-            let line = command_line(&asked, 16);
+            let line = command_line(&asked, None, 16);
             let again = request(&line.split_whitespace().collect::<Vec<_>>());
             assert_eq!(asked, again, "{line}");
         }

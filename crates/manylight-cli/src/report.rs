@@ -115,7 +115,10 @@ impl RenderReport<'_> {
                 "software".to_string(),
                 format!("manylight {}", env!("CARGO_PKG_VERSION")),
             ),
-            ("command".into(), command_line(request, self.passes)),
+            (
+                "command".into(),
+                command_line(request, self.settings.choice, self.passes),
+            ),
             ("scene".into(), request.scene.display().to_string()),
             ("scene.sha256".into(), self.scene_digest.into()),
             ("method".into(), request.paths.method.name.into()),

@@ -5,7 +5,7 @@ use crate::args::{
     RunArgs,
 };
 use crate::failure::Failure;
-use crate::method::method_kind;
+use crate::method::{choice_refusal, method_kind};
 use crate::values::Crop;
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
@@ -79,6 +79,12 @@ impl RenderRequest {
                 "--aov: the method light-trace has no camera paths, which find these layers",
                 "choose another --method, or omit --aov",
             ));
+        }
+        if args.paths.method.is_chosen()
+            && let MethodKind::ManyLight(lights) = &kind
+            && let Some(refusal) = choice_refusal(lights)
+        {
+            return Err(refusal);
         }
         Ok(RenderRequest {
             scene: args.scene.clone(),

@@ -1,5 +1,6 @@
 //! A scene with the settings of a render.
 
+use crate::choice::budget_and_block;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::repeat::Settings;
@@ -7,7 +8,7 @@ use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::integrators::MethodKind;
+use manylight::integrators::Choice;
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{Scene, SceneDesc};
 use manylight_denoise::{
@@ -17,7 +18,7 @@ use manylight_denoise::{
 use manylight_io::{LoadOptions, LoadedScene, is_same_file, load_scene, scene_digest, shown_path};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 /// A scene with the settings of a render, and everything that the render uses.
@@ -32,6 +33,8 @@ pub struct Session {
     pub(crate) oidn: Option<Version>,
     pub(crate) pool: ThreadPool,
     pub(crate) stats: Stats,
+    /// What was chosen, by a method that is chosen.
+    pub(crate) choice: OnceLock<Choice>,
 }
 
 /// A pool of `threads` threads; `None` for one per processor.
@@ -144,12 +147,18 @@ impl Session {
     /// The render.
     pub(crate) fn job(&self) -> RenderJob<'_> {
         let request = &self.request;
+        let mut method = request.method(self.scene.limits);
+        let choice = self.choice.get();
+        if let Some(choice) = choice {
+            method.kind = choice.kind.clone();
+        }
+        let (budget, block) = budget_and_block(request.budget, request.parts.block, choice);
         RenderJob {
             scene: &self.scene,
-            method: request.method(self.scene.limits),
-            budget: request.budget,
+            method,
+            budget,
             seed: request.paths.seed,
-            block: request.parts.block,
+            block,
         }
     }
 
@@ -159,6 +168,7 @@ impl Session {
             request: &self.request,
             method: &job.method,
             film: &self.scene.sensor.desc().film,
+            choice: self.choice.get(),
             threads: self.pool.current_num_threads(),
             oidn: self.oidn,
         }
@@ -198,9 +208,10 @@ impl Session {
         /// times as many.
         const FEW: f64 = 1e-3;
         let [paths, photons] = [&self.stats.photon_paths, &self.stats.photons].map(Stats::get);
-        let method = self.request.method(self.scene.limits);
-        let has_lights = matches!(method.kind, MethodKind::ManyLight(_));
-        let are_few = has_lights && method.limits.allow(3) && (photons as f64) < FEW * paths as f64;
+        let method = self.job().method;
+        let are_few = method.lights().is_some()
+            && method.limits.allow(3)
+            && (photons as f64) < FEW * paths as f64;
         are_few.then(|| {
             format!(
                 "only {photons} photons of {paths} photon paths reached a surface, so that the picture lacks indirect light: the lights are far larger than the scene, or shine past it; --method path is not affected"

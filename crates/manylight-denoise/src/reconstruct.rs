@@ -2,11 +2,12 @@
 
 use crate::blend::blend;
 use crate::features::FeatureImages;
-use crate::oidn::{FilterError, Oidn};
+use crate::oidn::{Features, FilterError, Oidn};
 use crate::outliers::spreads;
 use crate::symmetries::filter_by_symmetries;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
+use manylight::integrators::choice::FilterInput;
 use std::sync::atomic::AtomicBool;
 
 /// Least width and height of a film that is filtered, in pixels. The library darkens smaller
@@ -47,6 +48,26 @@ pub fn denoise_film(
         }
     }
     Ok(sum)
+}
+
+/// A picture of the pre-pass of a choice between methods, filtered as a whole.
+///
+/// # Errors
+/// `cancel` becomes true, or the library reports an error.
+pub fn denoise_picture(
+    oidn: &Oidn,
+    input: &FilterInput,
+    cancel: &AtomicBool,
+) -> Result<Image, FilterError> {
+    let FilterInput {
+        radiance,
+        albedo,
+        normal,
+    } = input;
+    if radiance.width.min(radiance.height) < LEAST_SIZE as usize {
+        return Ok(radiance.clone());
+    }
+    filter_by_symmetries(oidn, radiance, Some(Features { albedo, normal }), cancel)
 }
 
 /// One layer of `film`, filtered and blended.

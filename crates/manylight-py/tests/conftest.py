@@ -19,7 +19,7 @@ def room(scenes: Path) -> ml.Scene:
     return ml.load_file(scenes / "glossy-room" / "scene.xml")
 
 
-SMALL = {"size": (32, 18), "passes": 2, "lights": 256, "photons": 4000}
+SMALL = {"method": "rich-vpl", "size": (32, 18), "passes": 2, "lights": 256, "photons": 4000}
 
 
 @pytest.fixture

@@ -248,7 +248,7 @@ def test_options_are_those_of_the_command():
     loading = {name for name, p in inspect.signature(ml.load_file).parameters.items() if p.kind is keyword}
     assert loading == {name for name, (_, _, loads_scene) in OPTIONS.items() if loads_scene}
     own = inspect.signature(ml.render).parameters
-    assert (own["method"].default, own["seed"].default) == ("rich-vpl", 0)
+    assert (own["method"].default, own["seed"].default) == ("auto", 0)
     assert "\n    table_size: Texels" in ml.render.__doc__ and "strategy: Summation" in ml.render.__doc__
     assert "--" not in ml.render.__doc__.split("Options:")[1]
 

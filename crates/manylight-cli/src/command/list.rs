@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn methods_show_their_settings() {
-        let text = describe(&PRESETS[0]);
+        let text = describe(crate::preset::find("rich-vpl").unwrap());
         assert!(text.starts_with("rich-vpl"));
         assert!(
             text.contains(

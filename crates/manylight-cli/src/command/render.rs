@@ -19,7 +19,7 @@ use manylight_io::part::check_part_writable;
 use manylight_io::{check_replaceable, shown_path};
 use preview::RenderPreview;
 use rayon::ThreadPool;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Renders a scene to image files, or a share of it to a part file.
 pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
@@ -73,6 +73,7 @@ pub(super) fn open(
         oidn: oidn.map(Oidn::version),
         pool,
         stats,
+        choice: OnceLock::new(),
     })
 }
 
@@ -110,6 +111,7 @@ impl Run<'_> {
     fn whole(&self, oidn: Option<&Oidn>) -> Result<u8, Failure> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (pool, stats) = (&session.pool, &session.stats);
+        self.choose(oidn)?;
         let mut preview = RenderPreview::start(self.args, &session.request, &self.console);
         let Prepared {
             job,
@@ -151,6 +153,15 @@ impl Run<'_> {
             Some(failure) => Err(failure),
             None => self.exit_code(),
         }
+    }
+
+    /// Makes the choice of a method that is chosen, and prints it.
+    fn choose(&self, oidn: Option<&Oidn>) -> Result<(), Failure> {
+        self.session.choose(oidn)?;
+        if !self.args.display.quiet {
+            self.session.print_choice();
+        }
+        Ok(())
     }
 
     /// Prints what is wrong with the samples.

@@ -9,7 +9,7 @@ use manylight::scene::{Scene, SceneDesc};
 use manylight::sensors::SensorDesc;
 use manylight_io::LoadOptions;
 use rayon::ThreadPool;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// A loaded scene. It is built by the first render.
 pub struct HeldScene {
@@ -85,6 +85,7 @@ impl HeldScene {
             oidn,
             pool,
             stats,
+            choice: OnceLock::new(),
         })
     }
 

@@ -45,6 +45,7 @@ impl Session {
         interrupt: &Interrupt,
         observer: &mut (dyn Observer + Send),
     ) -> Result<bool, Failure> {
+        self.choose(None)?;
         let mut job = self.job();
         if job.budget.time.is_some() || job.budget.relative_error.is_some() {
             return Err(Failure::usage(

@@ -83,6 +83,7 @@ impl Session {
         observer: &mut (dyn Observer + Send),
     ) -> Result<Rendered, Failure> {
         let oidn = open_denoiser(&self.request)?;
+        self.choose(oidn.as_ref())?;
         let Prepared {
             job,
             identity,

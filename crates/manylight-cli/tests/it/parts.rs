@@ -7,7 +7,8 @@ use std::fs;
 use std::process::Stdio;
 use std::time::Duration;
 
-const METHODS: [&str; 4] = [
+const METHODS: [&str; 5] = [
+    "auto -n 16 --photons 2000",
     "rich-vpl -n 16 --photons 2000",
     "path",
     "photon-map --photons 2000",

@@ -16,8 +16,9 @@ fn keys(value: &Value) -> Vec<&str> {
 #[test]
 fn the_report_has_the_keys_of_the_contract() {
     let folder = Folder::new(BOX);
-    let ended =
-        folder.run("render scene.xml --passes 2 -n 16 --photons 2000 -o a.exr -o a.png --json");
+    let ended = folder.run(
+        "render scene.xml -m rich-vpl --passes 2 -n 16 --photons 2000 -o a.exr -o a.png --json",
+    );
     let report = ended.code(0).json();
     assert_eq!(
         keys(&report),
@@ -157,7 +158,12 @@ fn pixels(folder: &Folder, name: &str) -> LayeredImage {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let folder = Folder::new(BOX);
-    for method in ["path", "light-trace", "rich-vpl -n 32 --photons 3000"] {
+    for method in [
+        "path",
+        "light-trace",
+        "rich-vpl -n 32 --photons 3000",
+        "auto -n 32 --photons 3000",
+    ] {
         for threads in [1, 2, 5] {
             let words =
                 format!("render scene.xml -m {method} --passes 2 -t {threads} -o {threads}.exr");

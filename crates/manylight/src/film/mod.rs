@@ -33,5 +33,5 @@ pub use layer::Layer;
 pub use passes::Film;
 pub use sampler::{FilmSample, FilmSampler};
 pub use sums::PassSums;
-pub use tile_samples::{TileSamples, shaded_pixels};
+pub use tile_samples::{ShadedPixels, TileSamples, shaded_pixels};
 pub use tiles::{TILE_SIZE, Tile, Tiling};

@@ -19,6 +19,8 @@ pub struct FilmSampler {
     /// By column, and by row: its index in the crop window, and the part of the filter inside the
     /// window.
     places: [Vec<(u32, Window)>; 2],
+    /// Edges of a pixel in pixels of the film.
+    scale: Vec2,
 }
 
 impl FilmDesc {
@@ -26,6 +28,23 @@ impl FilmDesc {
     /// Mitsuba: at the border filters are cut and normalized to their part inside.
     pub fn sampler(&self) -> FilmSampler {
         self.sampler_of(self.crop_size.to_array().map(|count| (0..count).collect()))
+    }
+
+    /// As [`FilmDesc::sampler`], for a film with the same view and at most `pixels` pixels.
+    pub fn reduced_sampler(&self, pixels: u32) -> FilmSampler {
+        let full = self.crop_size.as_dvec2();
+        let scale = (f64::from(pixels.max(1)) / (full.x * full.y))
+            .sqrt()
+            .min(1.0);
+        let size = (full * scale).floor().as_uvec2().max(UVec2::ONE);
+        let reduced = FilmDesc {
+            crop_size: size,
+            ..self.clone()
+        };
+        FilmSampler {
+            scale: (full / size.as_dvec2()).as_vec2(),
+            ..reduced.sampler()
+        }
     }
 
     /// As [`FilmDesc::sampler`], for the pixels in some columns and rows alone: pixel `(i, j)` of
@@ -43,7 +62,11 @@ impl FilmDesc {
             places(columns, self.crop_size.x),
             places(rows, self.crop_size.y),
         ];
-        FilmSampler { filter, places }
+        FilmSampler {
+            filter,
+            places,
+            scale: Vec2::ONE,
+        }
     }
 }
 
@@ -60,7 +83,7 @@ impl FilmSampler {
         let [(x, column), (y, row)] = [columns[pixel.x as usize], rows[pixel.y as usize]];
         let (offset, weight) = self.filter.sample([column, row], u);
         FilmSample {
-            position: Vec2::new(x as f32, y as f32) + Vec2::splat(0.5) + offset,
+            position: (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5) + offset) * self.scale,
             weight,
         }
     }
@@ -85,6 +108,17 @@ mod tests {
             crop_size: size,
             filter,
         }
+    }
+
+    #[test]
+    fn a_reduced_film_has_the_same_view() {
+        let sampler = film(Filter::Box).reduced_sampler(60);
+        assert_eq!(sampler.size(), UVec2::new(10, 5));
+        let at = |pixel: UVec2, u: f32| sampler.sample(pixel, Vec2::splat(u)).position;
+        assert!(at(UVec2::ZERO, 0.0).distance(Vec2::ZERO) < 1e-5);
+        assert!(at(UVec2::new(9, 4), 1.0).distance(Vec2::new(19.0, 11.0)) < 1e-4);
+        let small = film(Filter::Box).reduced_sampler(10_000);
+        assert_eq!(small.size(), UVec2::new(19, 11));
     }
 
     #[test]

@@ -20,36 +20,84 @@ pub struct TileSamples<'f> {
     pub(super) ids: &'f mut Vec<IdSample>,
 }
 
-/// The values that `shade` gives the layers of `size` pixels outside of any film: pixels in row
-/// order, those of one pixel adjacent in the order of `layers`.
+/// What pixels outside of any film are given.
+#[derive(Clone, Debug)]
+pub struct ShadedPixels {
+    /// Number of columns and rows.
+    pub size: UVec2,
+    /// The layers.
+    pub layers: Vec<Layer>,
+    /// Pixels in row order; the values of one pixel are adjacent, in layer order.
+    pub values: Vec<Rgb>,
+    /// Sums of weights by pixel, layer and id, sorted by pixel.
+    ids: Vec<IdSample>,
+}
+
+/// What `shade` gives the layers of `size` pixels, tile by tile.
 pub fn shaded_pixels(
     size: UVec2,
     tiling: Tiling,
-    layers: &[Layer],
+    (layers, id_layers): (&[Layer], &[IdLayer]),
     shade: impl Fn(&mut TileSamples) + Sync,
-) -> Vec<Rgb> {
+) -> ShadedPixels {
     let tiles: Vec<Tile> = TileGrid::new(size, tiling).tiles().collect();
     let shaded = |&tile: &Tile| {
         let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
+        let mut ids = Vec::new();
         shade(&mut TileSamples {
             tile,
             slots: Slots::new(layers),
             stride: layers.len(),
             values: &mut values,
-            id_layers: &[],
-            ids: &mut Vec::new(),
+            id_layers,
+            ids: &mut ids,
         });
-        values
+        (values, summed(ids))
     };
-    let shaded: Vec<Vec<Rgb>> = tiles.par_iter().map(shaded).collect();
-    let mut all = vec![Rgb::BLACK; (size.x * size.y) as usize * layers.len()];
-    for (tile, values) in tiles.iter().zip(&shaded) {
-        for (pixel, values) in tile.pixels().zip(values.chunks(layers.len())) {
-            let index = (pixel.y * size.x + pixel.x) as usize;
-            all[index * layers.len()..][..layers.len()].copy_from_slice(values);
+    let shaded: Vec<(Vec<Rgb>, Vec<IdSample>)> = tiles.par_iter().map(shaded).collect();
+    let stride = layers.len();
+    let mut all = vec![Rgb::BLACK; (size.x * size.y) as usize * stride];
+    let mut all_ids = Vec::new();
+    for (tile, (values, ids)) in tiles.iter().zip(&shaded) {
+        let place = |pixel: UVec2| pixel.y * size.x + pixel.x;
+        let places: Vec<u32> = tile.pixels().map(place).collect();
+        for (&place, values) in places.iter().zip(values.chunks(stride)) {
+            all[place as usize * stride..][..stride].copy_from_slice(values);
+        }
+        all_ids.extend(ids.iter().map(|sample| IdSample {
+            pixel: places[sample.pixel as usize],
+            ..*sample
+        }));
+    }
+    all_ids.sort_by_key(|sample| sample.pixel);
+    ShadedPixels {
+        size,
+        layers: layers.to_vec(),
+        values: all,
+        ids: all_ids,
+    }
+}
+
+/// Samples of the same pixel, layer and id as one, by pixel. The order of those of one pixel is
+/// that of their first appearance.
+fn summed(mut samples: Vec<IdSample>) -> Vec<IdSample> {
+    samples.sort_by_key(|sample| sample.pixel);
+    let mut sums: Vec<IdSample> = Vec::new();
+    let mut start = 0;
+    for sample in samples {
+        if sums
+            .get(start)
+            .is_none_or(|first| first.pixel != sample.pixel)
+        {
+            start = sums.len();
+        }
+        let is_same = |sum: &&mut IdSample| (sum.layer, sum.id) == (sample.layer, sample.id);
+        match sums[start..].iter_mut().find(is_same) {
+            Some(sum) => sum.weight += sample.weight,
+            None => sums.push(sample),
         }
     }
-    all
+    sums
 }
 
 impl TileSamples<'_> {
@@ -73,6 +121,47 @@ impl TileSamples<'_> {
         }
         if let Some(slot) = self.slots.of(layer) {
             pixel[slot] += value;
+        }
+    }
+
+    /// Replaces the value `x` of each layer by `(1 - w) x + w y`: `y` is the mean of `samples`
+    /// samples, whose sums `other` holds, and `w` the weight of the layer. The weight of ids is
+    /// `id_weight`. The beauty becomes the sum of its terms.
+    ///
+    /// # Panics
+    /// If `other` has other layers.
+    pub fn mix(
+        &mut self,
+        other: &ShadedPixels,
+        samples: u32,
+        weight: impl Fn(Layer) -> f32,
+        id_weight: f32,
+    ) {
+        assert_eq!(other.layers.len(), self.stride, "layers differ");
+        let per_sample = 1.0 / samples.max(1) as f32;
+        for sample in &mut *self.ids {
+            sample.weight *= 1.0 - id_weight;
+        }
+        for (i, pixel) in self.tile.pixels().enumerate() {
+            let place = pixel.y * other.size.x + pixel.x;
+            let values = &mut self.values[i * self.stride..][..self.stride];
+            let others = &other.values[place as usize * self.stride..][..self.stride];
+            let mut beauty = Rgb::BLACK;
+            for ((x, &y), &layer) in values.iter_mut().zip(others).zip(&other.layers) {
+                let w = weight(layer);
+                *x = *x * (1.0 - w) + y * (w * per_sample);
+                if layer.is_term() {
+                    beauty += *x;
+                }
+            }
+            values[0] = beauty;
+            let first = other.ids.partition_point(|sample| sample.pixel < place);
+            let ids = other.ids[first..].iter().take_while(|s| s.pixel == place);
+            self.ids.extend(ids.map(|sample| IdSample {
+                pixel: i as u32,
+                weight: sample.weight * id_weight * per_sample,
+                ..*sample
+            }));
         }
     }
 

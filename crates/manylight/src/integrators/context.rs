@@ -25,7 +25,11 @@ pub struct PassContext<'a> {
 impl PassContext<'_> {
     /// The same context for the random numbers of pass `index`.
     pub(super) fn at_pass(self, index: u32) -> Self {
-        let pass = Pass { index, ..self.pass };
+        self.with_pass(Pass { index, ..self.pass })
+    }
+
+    /// The same context for the random numbers of `pass`.
+    pub(super) fn with_pass(self, pass: Pass) -> Self {
         PassContext { pass, ..self }
     }
 

@@ -2,6 +2,7 @@
 
 use super::many_light::{Compensation, EmissionKind, ManyLight, RadianceCache, Strategy};
 use super::method::{Method, MethodKind};
+use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
 use crate::bsdf::Lobes;
 use crate::film::Film;
@@ -49,12 +50,15 @@ impl Method {
         if self.has_sequences() {
             film = film.saturating_add(Film::bytes_for_sequences(size, &layers, sums));
         }
+        if let MethodKind::Mixed(_) = self.kind {
+            film = film.saturating_add(Mixed::bytes_for(size, &layers));
+        }
         let mut stages = vec![StageMemory {
             stage: "film",
             bytes: film,
         }];
         match &self.kind {
-            MethodKind::ManyLight(method) => {
+            MethodKind::ManyLight(method) | MethodKind::Mixed(Mixed { lights: method, .. }) => {
                 let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
                 stages.extend(of_many_light(method, scene, self.limits, last, seed));
             }

@@ -1,6 +1,7 @@
 //! The methods with their settings, and the film layers that each fills.
 
 use super::many_light::{Compensation, ManyLight, Strategy};
+use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
 use crate::film::{IdLayer, Layer};
 use crate::scene::PathLimits;
@@ -54,6 +55,8 @@ pub enum MethodKind {
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),
+    /// The weighted mean of virtual lights and path tracing.
+    Mixed(Mixed),
     /// Photon mapping.
     PhotonMap(PhotonMap),
 }
@@ -63,14 +66,26 @@ impl Method {
     pub fn emits_photons(&self) -> bool {
         match self.kind {
             MethodKind::Path | MethodKind::Direct | MethodKind::Aov => false,
-            MethodKind::LightTracer | MethodKind::ManyLight(_) | MethodKind::PhotonMap(_) => true,
+            MethodKind::LightTracer
+            | MethodKind::ManyLight(_)
+            | MethodKind::Mixed(_)
+            | MethodKind::PhotonMap(_) => true,
+        }
+    }
+
+    /// The settings of the virtual lights, if the method has any.
+    pub fn lights(&self) -> Option<&ManyLight> {
+        match &self.kind {
+            MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => Some(lights),
+            _ => None,
         }
     }
 
     /// Whether passes continue sequences of samples, as in
     /// [`Film::with_sequences`](crate::film::Film::with_sequences).
     pub fn has_sequences(&self) -> bool {
-        matches!(self.kind, MethodKind::Path | MethodKind::Direct)
+        use MethodKind::{Direct, Mixed, Path};
+        matches!(self.kind, Path | Direct | Mixed(_))
     }
 
     /// The layers that this method fills, beauty first.
@@ -84,15 +99,15 @@ impl Method {
                 Layer::Caustics,
             ]);
         }
-        if matches!(&self.kind, MethodKind::ManyLight(method) if method.compensation != Compensation::None)
-        {
+        let lights = self.lights();
+        if lights.is_some_and(|lights| lights.compensation != Compensation::None) {
             layers.push(Layer::Compensation);
         }
         if self.kind != MethodKind::LightTracer {
             layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth, Layer::Alpha]);
             layers.extend(self.extra.position.then_some(Layer::Position));
         }
-        if matches!(&self.kind, MethodKind::ManyLight(method) if method.strategy != Strategy::All) {
+        if lights.is_some_and(|lights| lights.strategy != Strategy::All) {
             layers.extend([Layer::CutSize, Layer::CutBound]);
         }
         layers

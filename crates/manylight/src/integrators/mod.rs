@@ -2,6 +2,7 @@
 
 mod aov;
 mod camera_round;
+pub mod choice;
 mod connections;
 pub mod context;
 mod first_event;
@@ -10,14 +11,17 @@ mod light_tracer;
 pub mod many_light;
 pub mod memory;
 pub mod method;
+pub mod mixed;
 pub mod partition;
 mod path;
 pub mod photon_map;
 pub mod renderer;
 
+pub use choice::{Choice, ChoiceErrors, ChoicePrePass};
 pub use context::PassContext;
 pub use many_light::{InterimMaps, ManyLight, PlacedLight, PreparedPasses};
 pub use memory::StageMemory;
 pub use method::{ExtraLayers, Method, MethodKind};
+pub use mixed::{Mixed, PathWeights};
 pub use photon_map::PhotonMap;
 pub use renderer::Renderer;

@@ -1,8 +1,9 @@
 //! A method at work on a scene, pass by pass.
 
 use super::context::PassContext;
-use super::many_light::{PreparedPasses, with_fixed_effort};
+use super::many_light::{ManyLight, PreparedPasses, with_fixed_effort};
 use super::method::{Method, MethodKind};
+use super::mixed::Mixed;
 use super::{aov, light_tracer, path};
 use crate::film::Film;
 use crate::scene::{PathLimits, Scene};
@@ -20,11 +21,9 @@ impl<'s> Renderer<'s> {
     ///
     /// # Panics
     /// The settings of a many-light method contradict each other:
-    /// [`ManyLight::check`](super::ManyLight::check).
+    /// [`ManyLight::check`].
     pub fn new(scene: &'s Scene, method: Method) -> Self {
-        if let MethodKind::ManyLight(settings) = &method.kind
-            && let Err(contradiction) = settings.check()
-        {
+        if let Some(Err(contradiction)) = method.lights().map(ManyLight::check) {
             panic!("{contradiction}");
         }
         Renderer {
@@ -38,8 +37,10 @@ impl<'s> Renderer<'s> {
     /// seed and its index.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
-        if let MethodKind::ManyLight(settings) = &mut self.method.kind {
-            *settings = with_fixed_effort(settings, scene, limits, run);
+        if let MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) =
+            &mut self.method.kind
+        {
+            *lights = with_fixed_effort(lights, scene, limits, run);
         }
         if self.begins_batch(run.pass.index) {
             film.begin_batch();
@@ -57,7 +58,10 @@ impl<'s> Renderer<'s> {
             MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
             MethodKind::Aov => aov::render_pass(scene, limits, run, film),
             MethodKind::ManyLight(settings) => {
-                settings.render_pass(scene, limits, run, &mut self.prepared, film)
+                settings.render_pass((scene, limits), run, &mut self.prepared, film, |_| ())
+            }
+            MethodKind::Mixed(settings) => {
+                settings.render_pass((scene, limits), run, &mut self.prepared, film)
             }
             MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
         }
@@ -65,9 +69,7 @@ impl<'s> Renderer<'s> {
 
     /// Whether pass `index` shares no virtual lights with those before.
     fn begins_batch(&self, index: u32) -> bool {
-        match &self.method.kind {
-            MethodKind::ManyLight(settings) => settings.pass_group(index).passes.start == index,
-            _ => true,
-        }
+        let lights = self.method.lights();
+        lights.is_none_or(|lights| lights.pass_group(index).passes.start == index)
     }
 }

@@ -2,18 +2,39 @@
 
 use manylight::film::Film;
 use manylight::film::blocks::DEFAULT_BLOCK;
-use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind, PhotonMap};
+use manylight::integrators::{
+    ExtraLayers, ManyLight, Method, MethodKind, Mixed, PathWeights, PhotonMap,
+};
 use manylight::render::{Budget, RenderJob, Stats, render};
 use manylight::scene::Scene;
+use std::num::NonZeroU32;
 use std::sync::atomic::AtomicBool;
 
 fn small(method: ManyLight) -> MethodKind {
-    MethodKind::ManyLight(ManyLight {
+    MethodKind::ManyLight(few_lights(method))
+}
+
+fn few_lights(method: ManyLight) -> ManyLight {
+    ManyLight {
         photon_paths: 5000,
         light_count: 100,
         importon_paths: 1000,
         ..method
-    })
+    }
+}
+
+/// The mean of `lights` and three path samples, with a weight of its own for each term.
+pub(crate) fn mixed(lights: ManyLight) -> Mixed {
+    Mixed {
+        lights,
+        path_samples: NonZeroU32::new(3).unwrap(),
+        weights: PathWeights {
+            emission: 0.75,
+            direct: 0.5,
+            indirect: 0.25,
+            caustics: 0.625,
+        },
+    }
 }
 
 /// Methods with cuts, with few photons and lights.
@@ -38,6 +59,7 @@ pub(crate) fn methods() -> Vec<MethodKind> {
         MethodKind::Aov,
         small(ManyLight::rich_vpl()),
         small(ManyLight::rich_vpl_by_scene()),
+        MethodKind::Mixed(mixed(few_lights(ManyLight::rich_vpl_by_scene()))),
         small(ManyLight::vpl()),
         small(ManyLight::vpl_importance()),
         few(PhotonMap::progressive()),

@@ -1,7 +1,7 @@
 //! Alpha, positions and mattes of objects and materials: against areas that are known, by every
 //! method with camera paths.
 
-use crate::common::film_with;
+use crate::common::{film_with, mixed};
 use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
@@ -14,7 +14,7 @@ use manylight::texture::FloatInput;
 
 const SIZE: u32 = 8;
 
-fn methods() -> [(MethodKind, u32); 4] {
+fn methods() -> [(MethodKind, u32); 5] {
     let few = ManyLight {
         photon_paths: 100,
         importon_paths: 10,
@@ -28,6 +28,7 @@ fn methods() -> [(MethodKind, u32); 4] {
     [
         (MethodKind::Path, 256),
         (MethodKind::ManyLight(few), 64),
+        (MethodKind::Mixed(mixed(few)), 64),
         (MethodKind::PhotonMap(photons), 64),
         (MethodKind::Aov, 256),
     ]

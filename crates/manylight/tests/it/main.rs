@@ -17,6 +17,7 @@ mod hidden_emitters;
 mod interim;
 mod interleaving;
 mod layers;
+mod mixed;
 mod photon_map;
 mod source;
 mod unsafe_code;

@@ -15,6 +15,7 @@ impl Run<'_> {
     pub(super) fn share(&self, shard: Shard) -> Result<u8, Failure> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (request, pool, stats) = (&session.request, &session.pool, &session.stats);
+        self.choose(None)?;
         let job = session.job();
         let passes = job.budget.passes.unwrap_or_default();
         let count = block_count(passes, job.block);

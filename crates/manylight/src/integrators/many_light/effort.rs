@@ -16,11 +16,12 @@ use super::schedule::PassGroup;
 use super::shade::tiling;
 use super::{Effort, ManyLight, PreparedPasses};
 use crate::color::Rgb;
-use crate::film::{FilmSampler, Layer, shaded_pixels};
+use crate::film::{FilmSampler, Layer, ShadedPixels, shaded_pixels};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
 
 /// Factors on the number of lights that are considered.
 const LIGHT_FRACTIONS: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -60,7 +61,7 @@ const MAX_RELATIVE_VARIANCE: f64 = 1.0;
 /// absolute, as in relMSE.
 const DARK: f64 = 0.01;
 /// Layers that the pre-pass records.
-const LAYERS: [Layer; 6] = [
+pub(in crate::integrators) const LAYERS: [Layer; 6] = [
     Layer::Beauty,
     Layer::VirtualLights,
     Layer::Compensation,
@@ -108,12 +109,7 @@ impl PassModel {
 
     /// Variance times cost.
     fn error(&self, effort: &ManyLight) -> f64 {
-        let emitter_samples = f64::from(DIRECTIONS * effort.emitter_samples);
-        let cost = REST_CYCLES
-            + LIGHT_CYCLES * f64::from(effort.light_count)
-            + EMITTER_SAMPLE_CYCLES * emitter_samples
-            + CAMERA_PATH_CYCLES * f64::from(effort.camera_paths);
-        self.variance(effort) * cost
+        self.variance(effort) * cycles(effort)
     }
 
     /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by
@@ -122,6 +118,94 @@ impl PassModel {
         let noise = self.variance(effort).sqrt() as f32;
         ROULETTE_PER_NOISE * noise * effort.light_count as f32
     }
+}
+
+/// Cycles per pixel of a pass.
+fn cycles(effort: &ManyLight) -> f64 {
+    REST_CYCLES
+        + LIGHT_CYCLES * f64::from(effort.light_count)
+        + EMITTER_SAMPLE_CYCLES * f64::from(DIRECTIONS * effort.emitter_samples)
+        + CAMERA_PATH_CYCLES * f64::from(effort.camera_paths)
+}
+
+/// Pictures by two passes with independent virtual lights, for a choice between methods.
+pub(in crate::integrators) struct LightPictures {
+    /// The layers [`LAYERS`] of the pictures.
+    pub(in crate::integrators) pictures: [ShadedPixels; 2],
+    /// Shadow rays per pixel of a pass.
+    pub(in crate::integrators) shadow_rays: f64,
+    /// Photon paths of a pass.
+    pub(in crate::integrators) photon_paths: u32,
+    /// Cost of a pass of the render over that of a pass of the pictures, by the model.
+    pub(in crate::integrators) cost: f64,
+    /// Product of variance and cost, likewise.
+    pub(in crate::integrators) error: f64,
+}
+
+impl LightPictures {
+    /// Shades `pixels` with few of the lights of `method`.
+    pub(in crate::integrators) fn new(
+        method: &ManyLight,
+        (scene, limits): (&Scene, PathLimits),
+        run: &PassContext,
+        pixels: &FilmSampler,
+    ) -> Self {
+        let (emitter_samples, camera_paths) = MEASURED[0];
+        let shaded = ManyLight {
+            emitter_samples,
+            camera_paths,
+            effort: Effort::Fixed,
+            ..with_lights(method, MEASURED_FRACTION)
+        };
+        let before = Stats::get(&run.stats.shadow_rays);
+        let pictures = [0, 1].map(|index| {
+            // Other numbers than those of the render's passes.
+            let seed = !run.pass.seed;
+            let run = run.with_pass(Pass { seed, index });
+            let group = PassGroup::single_pass(&shaded, index);
+            let prepared = shaded.prepare(scene, limits, &group, &run);
+            let layers = (LAYERS.as_slice(), [].as_slice());
+            let tiling = tiling(&shaded, run.pass);
+            shaded_pixels(pixels.size(), tiling, layers, |samples| {
+                prepared.shade_tile(&run, pixels, samples);
+            })
+        });
+        let shadow_rays = (Stats::get(&run.stats.shadow_rays) - before) as f64;
+        let [a, b] = &pictures;
+        let (cost, error) = gain(method, &shaded, variances(&a.values, &b.values));
+        LightPictures {
+            shadow_rays: shadow_rays / f64::from(2 * pixels.size().x * pixels.size().y),
+            pictures,
+            photon_paths: shaded.photon_paths,
+            cost,
+            error,
+        }
+    }
+}
+
+/// Cost, and product of variance and cost, of a pass of `method` over those of `shaded`, with which
+/// the variances were measured. A measured effort is taken to have the best number of lights.
+fn gain(method: &ManyLight, shaded: &ManyLight, variances: TermVariances) -> (f64, f64) {
+    let model = PassModel {
+        constant: variances.rest,
+        lights: variances.indirect * f64::from(shaded.light_count),
+        emitters: 0.0,
+        camera: 0.0,
+    };
+    let fractions = match method.effort {
+        Effort::Fixed => &LIGHT_FRACTIONS[..1],
+        Effort::Measured => &LIGHT_FRACTIONS[..],
+    };
+    let efforts = fractions
+        .iter()
+        .map(|&fraction| with_lights(method, fraction));
+    let best = efforts.min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
+    let best = best.unwrap_or(*method);
+    let error = model.error(&best) / model.error(shaded);
+    (
+        cycles(&best) / cycles(shaded),
+        if error.is_finite() { error } else { 1.0 },
+    )
 }
 
 /// `method` with its effort fixed: measured, if it asks for that.
@@ -238,14 +322,12 @@ fn term_variances<const N: usize>(
         let mut prepared = method.prepare(scene, limits, &group, &run);
         variants.each_ref().map(|variant| {
             variant(&mut prepared);
-            shaded_pixels(
-                pixels.size(),
-                tiling(method, run.pass),
-                &LAYERS,
-                |samples| {
-                    prepared.shade_tile(&run, &pixels, samples);
-                },
-            )
+            let layers = (LAYERS.as_slice(), [].as_slice());
+            let tiling = tiling(method, run.pass);
+            let shaded = shaded_pixels(pixels.size(), tiling, layers, |samples| {
+                prepared.shade_tile(&run, &pixels, samples);
+            });
+            shaded.values
         })
     });
     std::array::from_fn(|k| variances(&a[k], &b[k]))

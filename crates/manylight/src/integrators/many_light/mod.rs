@@ -39,7 +39,7 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub(super) use effort::with_fixed_effort;
+pub(super) use effort::{LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use lights::DARKEST_PIXEL;
 pub use passes::PreparedPasses;
@@ -51,7 +51,7 @@ pub use settings::{
 };
 
 use super::context::PassContext;
-use crate::film::Film;
+use crate::film::{Film, TileSamples};
 use crate::scene::{PathLimits, Scene};
 use passes::PixelFootprint;
 use radiance_cache::CacheParticles;
@@ -132,15 +132,16 @@ impl ManyLight {
         interim_maps::interim_maps(self, scene, limits, run)
     }
 
-    /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is
-    /// made where it is missing or of another group. `false` if cancelled.
+    /// One sample per pixel with the lights of one pass, after which `finish` is called for each
+    /// tile. `prepared` holds the lights of its group and is made where it is missing or of another
+    /// group. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
-        scene: &'s Scene,
-        limits: PathLimits,
+        (scene, limits): (&'s Scene, PathLimits),
         run: &PassContext,
         prepared: &mut Option<PreparedPasses<'s>>,
         film: &mut Film,
+        finish: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
         if run.cancelled() {
             return false;
@@ -154,6 +155,7 @@ impl ManyLight {
         let positions = film.desc().sampler();
         run.shade(film, shade::tiling(self, run.pass), |samples| {
             prepared.shade_tile(run, &positions, samples);
+            finish(samples);
         })
     }
 }

@@ -18,7 +18,10 @@ use super::camera_round::{follow_paths, start_paths};
 use super::connections::Connections;
 use super::context::PassContext;
 use super::partition::PathStage;
-use crate::film::{Film, TileSamples, Tiling};
+use crate::film::{
+    Film, FilmSampler, IdLayer, Layer, ShadedPixels, TileSamples, Tiling, shaded_pixels,
+};
+use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::stream::{Walks, shade_packets};
@@ -34,17 +37,46 @@ pub(super) fn render_pass(
 ) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, Tiling::OF_STREAMS, |samples| {
-        let stage = PathStage::BeforeX;
-        let path = |first, sequences| PathState {
-            first,
-            stage,
-            sequences,
-        };
-        let walks = start_paths((scene, limits), run, &positions, samples, path);
-        Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
-        let shadow_rays = trace(scene, limits, walks, samples);
-        Stats::count(&run.stats.shadow_rays, shadow_rays);
+        shade_tile((scene, limits), run, &positions, samples);
     })
+}
+
+/// Sums over samples of each pixel of `positions`, one by the numbers of each of `passes`.
+/// Unfinished if it is cancelled.
+pub(super) fn sums_of_samples(
+    scene: (&Scene, PathLimits),
+    run: &PassContext,
+    (positions, tiling): (&FilmSampler, Tiling),
+    layers: (&[Layer], &[IdLayer]),
+    passes: impl Iterator<Item = Pass> + Clone + Sync,
+) -> ShadedPixels {
+    shaded_pixels(positions.size(), tiling, layers, |tile| {
+        for pass in passes.clone() {
+            if run.cancelled() {
+                return;
+            }
+            shade_tile(scene, &run.with_pass(pass), positions, tile);
+        }
+    })
+}
+
+/// Adds one sample to each pixel of a tile.
+pub(super) fn shade_tile(
+    (scene, limits): (&Scene, PathLimits),
+    run: &PassContext,
+    positions: &FilmSampler,
+    samples: &mut TileSamples,
+) {
+    let stage = PathStage::BeforeX;
+    let path = |first, sequences| PathState {
+        first,
+        stage,
+        sequences,
+    };
+    let walks = start_paths((scene, limits), run, positions, samples, path);
+    Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
+    let shadow_rays = trace(scene, limits, walks, samples);
+    Stats::count(&run.stats.shadow_rays, shadow_rays);
 }
 
 /// Follows all paths to their ends and returns the number of shadow rays.
