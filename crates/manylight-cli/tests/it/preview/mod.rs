@@ -114,6 +114,6 @@ fn other_viewers_are_usage_errors() {
 fn the_memory_limit_counts_pictures() {
     let folder = Folder::new(BOX);
     // Two pictures of 26 channels.
-    let words = "render scene.xml --size 1000x1000 --memory-limit 1M --preview browser";
+    let words = "render scene.xml -m rich-vpl --size 1000x1000 --memory-limit 1M --preview browser";
     folder.run(words).code(2).says(&["preview 208.0 MB"]);
 }
