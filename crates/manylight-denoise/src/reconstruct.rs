@@ -50,7 +50,8 @@ pub fn denoise_film(
     Ok(sum)
 }
 
-/// A picture of the pre-pass of a choice between methods, filtered as a whole.
+/// A picture of the pre-pass of a choice between methods, filtered as a whole and once: margins and
+/// reflections change the errors of all methods alike, and take four times as long.
 ///
 /// # Errors
 /// `cancel` becomes true, or the library reports an error.
@@ -67,7 +68,7 @@ pub fn denoise_picture(
     if radiance.width.min(radiance.height) < LEAST_SIZE as usize {
         return Ok(radiance.clone());
     }
-    filter_by_symmetries(oidn, radiance, Some(Features { albedo, normal }), cancel)
+    oidn.filter(radiance, Some(Features { albedo, normal }), cancel)
 }
 
 /// One layer of `film`, filtered and blended.
