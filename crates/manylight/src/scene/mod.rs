@@ -20,7 +20,7 @@ pub use names::SurfaceNames;
 
 use crate::bsdf::{Bsdf, Materials};
 use crate::color::Rgb;
-use crate::emitters::{EmissionGuide, Emitters};
+use crate::emitters::{EmissionGuide, Emitter, Emitters};
 use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
@@ -71,7 +71,8 @@ impl Scene {
             .primitives
             .into_iter()
             .chain(desc.groups.into_iter().flatten());
-        let primitives = placed.map(|p| primitive(p, &materials)).collect();
+        let primitives = placed.map(|p| primitive(p, &materials, &desc.emitters));
+        let primitives = primitives.collect();
         let instances = desc.instances.iter().map(instance).collect();
         let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
         let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
@@ -187,7 +188,8 @@ impl Scene {
     }
 }
 
-fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
+fn primitive(desc: PrimitiveDesc, materials: &Materials, emitters: &[Emitter]) -> Primitive {
+    let emitter = desc.emitter.map(|id| &emitters[id.index()]);
     Primitive {
         shape: desc.shape,
         world_from_object: desc.world_from_object,
@@ -195,6 +197,7 @@ fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
         material: desc.material,
         emitter: desc.emitter,
         transparent: materials.is_transparent(desc.material),
+        invisible: emitter.is_some_and(Emitter::is_invisible),
     }
 }
 
