@@ -15,7 +15,7 @@ mod tests;
 pub use check::check_textures;
 pub use desc::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
-pub(crate) use media::Media;
+pub(crate) use media::{Media, transmittance};
 pub use names::SurfaceNames;
 
 use crate::bsdf::{Bsdf, Materials};
@@ -65,8 +65,8 @@ impl Scene {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
         let materials = Materials::new(desc.materials);
-        let media = Media::new(&desc.media);
-        let groups = group_ranges(desc.primitives.len(), &desc.groups);
+        let in_world = desc.primitives.len();
+        let groups = group_ranges(in_world, &desc.groups);
         let placed = desc
             .primitives
             .into_iter()
@@ -75,6 +75,7 @@ impl Scene {
         let primitives = primitives.collect();
         let instances = desc.instances.iter().map(instance).collect();
         let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
+        let media = Media::new(&desc.media, &geometry, in_world);
         let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
         let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
         Ok(Scene {
@@ -157,10 +158,14 @@ impl Scene {
 
     /// [`Scene::transmittance_and_crossings`] for a segment without opaque surfaces.
     pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
+        let mut through = match self.media.is_empty() {
+            true => Rgb::WHITE,
+            false => self.transmittance_of_medium(segment),
+        };
         if !self.geometry.has_transparent() {
-            return (Rgb::WHITE, 0);
+            return (through, 0);
         }
-        let (mut through, mut crossings) = (Rgb::WHITE, 0);
+        let mut crossings = 0;
         let mut on_edges = EdgeHits::new(segment);
         let w = (segment.to - segment.from).normalize_or_zero();
         self.geometry.visit_transparent(segment, |hit| {
