@@ -1,7 +1,8 @@
 //! Layers of an image file by their names.
 //!
-//! Blender calls the layers of a file `ViewLayer.Combined`, `ViewLayer.Denoising Albedo`: a layer of
-//! the scene and one of its passes. The last part of such a name finds it, if only one layer has it.
+//! Blender calls the layers of a file `ViewLayer.Combined`, `ViewLayer.Denoising Albedo`: a layer
+//! of the scene and one of its passes. The last part of such a name finds it, if only one layer has
+//! it.
 
 use manylight_io::image::{LayeredImage, is_combined};
 

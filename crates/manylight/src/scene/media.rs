@@ -1,16 +1,11 @@
 //! Absorbing media inside of closed surfaces.
 
-use super::Scene;
 use super::desc::MediumDesc;
 use crate::color::Rgb;
-use crate::geometry::{Geometry, Hit, Primitive, Ray, Segment, Shape};
+use crate::geometry::{Geometry, Primitive, Segment, Shape};
 use crate::ids::MaterialId;
 use crate::math::float::exp;
 use crate::math::{Aabb, Vec3};
-
-/// Surfaces that are followed from the end of a segment to the surface around it. Bodies with more
-/// layers than these count as empty.
-const MAX_LAYERS: u32 = 64;
 
 /// The media of a scene, by the materials of the surfaces around them.
 #[derive(Clone, Debug, Default)]
@@ -84,41 +79,6 @@ fn bounds_of(primitive: &Primitive, geometry: &Geometry) -> Aabb {
         Shape::Cylinder { p0, p1, radius } => around(*p0, *radius).union(around(*p1, *radius)),
     };
     own.transformed(&primitive.world_from_object)
-}
-
-impl Scene {
-    /// The fraction of light that media transmit between two points that see each other, `exp(-σ
-    /// t)` (Beer and Lambert), if both lie in one medium.
-    pub(crate) fn transmittance_of_medium(&self, segment: &Segment) -> Rgb {
-        if !self.media.may_contain(segment) {
-            return Rgb::WHITE;
-        }
-        let across = segment.to - segment.from;
-        let length = across.length();
-        let beyond = Ray::new(segment.to, across / length);
-        let medium = self.medium_before(self.geometry.intersect(&beyond), beyond.d);
-        medium.map_or(Rgb::WHITE, |absorption| transmittance(absorption, length))
-    }
-
-    /// The absorption coefficient in front of a hit along `d`: in the body whose surface is left
-    /// first, behind the bodies that lie within it. Refracting bodies without a medium are empty.
-    pub(crate) fn medium_before(&self, mut hit: Option<Hit>, d: Vec3) -> Option<Rgb> {
-        let mut entered = 0;
-        for _ in 0..MAX_LAYERS {
-            let x = self.surface_point(hit?.at);
-            let material = self.geometry.primitives()[x.at.primitive.index()].material;
-            let absorption = self.media.absorption(material);
-            if absorption.is_some() || self.materials.refracts(material) {
-                match (x.ng.dot(d) > 0.0, entered) {
-                    (true, 0) => return absorption,
-                    (true, _) => entered -= 1,
-                    (false, _) => entered += 1,
-                }
-            }
-            hit = self.geometry.intersect(&x.spawn(d));
-        }
-        None
-    }
 }
 
 /// The fraction of light that a medium transmits over a distance in m.

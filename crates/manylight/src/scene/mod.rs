@@ -32,6 +32,10 @@ use crate::texture::{Texture, TexturePoint};
 /// a more accurate guide in more time.
 const GUIDE_RAYS: u64 = 16_384;
 
+/// Surfaces that are followed from the end of a segment to the surface around it: a bound of the
+/// work, not measured. Bodies with more layers count as empty.
+const MAX_LAYERS: u32 = 64;
+
 /// A scene. Immutable, and shared by all threads.
 #[derive(Debug)]
 pub struct Scene {
@@ -177,6 +181,41 @@ impl Scene {
             through.is_black()
         });
         (through, crossings)
+    }
+
+    /// The fraction of light that media transmit between two points that see each other, `exp(-σ
+    /// t)` (Beer and Lambert), if both lie in one medium.
+    pub(crate) fn transmittance_of_medium(&self, segment: &Segment) -> Rgb {
+        let across = segment.to - segment.from;
+        let Some(d) = across.try_normalize() else {
+            return Rgb::WHITE;
+        };
+        if !self.media.may_contain(segment) {
+            return Rgb::WHITE;
+        }
+        let beyond = self.geometry.intersect(&Ray::new(segment.to, d));
+        let medium = self.medium_before(beyond, d);
+        medium.map_or(Rgb::WHITE, |sigma| transmittance(sigma, across.length()))
+    }
+
+    /// The absorption coefficient in front of a hit along `d`: in the body whose surface is left
+    /// first, behind the bodies that lie within it. Refracting bodies without a medium are empty.
+    pub(crate) fn medium_before(&self, mut hit: Option<Hit>, d: Vec3) -> Option<Rgb> {
+        let mut entered = 0;
+        for _ in 0..MAX_LAYERS {
+            let x = self.surface_point(hit?.at);
+            let material = self.geometry.primitives()[x.at.primitive.index()].material;
+            let absorption = self.media.absorption(material);
+            if absorption.is_some() || self.materials.refracts(material) {
+                match (x.ng.dot(d) > 0.0, entered) {
+                    (true, 0) => return absorption,
+                    (true, _) => entered -= 1,
+                    (false, _) => entered += 1,
+                }
+            }
+            hit = self.geometry.intersect(&x.spawn(d));
+        }
+        None
     }
 
     /// [`Bsdf::transmittance`] at a surface point with the position `p` along `w`.

@@ -6,9 +6,9 @@ use crate::ids::MaterialId;
 use crate::scene::{Scene, transmittance};
 
 /// Multiplies the throughput of the walks that arrive by what the media along their segments
-/// transmit, `exp(-σ t)` (Beer and Lambert). A segment is inside of a body if it ends at the back of
-/// a surface around a medium, or starts there; between two surfaces within a body, neither of which
-/// is its own, if that is the surface that its line leaves first.
+/// transmit, `exp(-σ t)` (Beer and Lambert). A segment is inside of a body if it ends at the back
+/// of a surface around a medium, or starts there; between two surfaces within a body, neither of
+/// which is its own, if that is the surface that its line leaves first.
 pub(super) fn absorb<T>(scene: &Scene, walks: &mut Walks<T>, arrivals: &Arrivals) {
     if scene.media.is_empty() {
         return;
