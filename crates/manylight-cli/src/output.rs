@@ -79,7 +79,7 @@ pub(crate) fn human_time(seconds: f64) -> String {
 /// A number of bytes as text, with a decimal unit: `1.2 MB`.
 pub(crate) fn human_bytes(bytes: u64) -> String {
     if bytes == u64::MAX {
-        return "more memory than numbers have".to_owned();
+        return "18 EB or more".to_owned();
     }
     const UNITS: [&str; 4] = ["kB", "MB", "GB", "TB"];
     let mut value = bytes as f64 / 1000.0;

@@ -28,6 +28,11 @@ KNOWN: list[tuple[tuple[str, ...], str, str]] = [
         "of what a masked sphere reflects, a part is missing: at opacity 0.4 it is 0.29 of the opaque picture, here 0.40",
     ),
     (("slanted normalmap of a bumpmap",), "ours", "bumps within a normal map are one tilt of the normal with one shadowing here, two in Mitsuba"),
+    (
+        ("principledthin spec_trans 1.0",),
+        "theirs",
+        "transmission is dropped for a part of the pairs of directions: findings/mitsuba-principledthin-is-not-reciprocal.sh",
+    ),
     (("version 0.6 rotation",), "theirs", "Mitsuba 3 does not normalize the axis in files of 0.x, which 0.6 did"),
     (("mesh_attribute vertex bytes",), "theirs", "colors of 8 bits are taken as 0 to 255; we read fractions and warn"),
     (("bsdf pplastic", "bsdf hair"), "unsupported", "replaced by gray diffuse"),

@@ -15,7 +15,8 @@ pub(crate) struct CompareArgs {
     #[arg(value_name = "REFERENCE", value_hint = ValueHint::FilePath)]
     pub(crate) reference: PathBuf,
 
-    /// Compare a layer of both files, such as virtual_lights or caustics, instead of the image.
+    /// Compare a layer of both files, such as virtual_lights or caustics, instead of the image. The
+    /// end of its name is enough if only one has it: Combined for Blender's ViewLayer.Combined.
     #[arg(long, value_name = "NAME")]
     pub(crate) layer: Option<String>,
 

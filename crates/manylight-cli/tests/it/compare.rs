@@ -97,6 +97,50 @@ fn layers_are_compared_by_name() {
 }
 
 #[test]
+fn layers_of_blender_are_found_by_the_ends_of_their_names() {
+    let folder = Folder::new(BOX);
+    write(&folder, "plain.exr", 2.0, Some(0.5), false);
+    let named = |name: &str, layers: &[(&str, f32)]| {
+        let layers = layers.iter().map(|(name, value)| layer(name, |_| *value));
+        let picture = LayeredImage {
+            width: 8,
+            height: 8,
+            layers: layers.collect(),
+            ..LayeredImage::default()
+        };
+        write_image(&folder.path(name), &picture, 0.0).unwrap();
+    };
+    let one = [
+        ("ViewLayer.Combined", 3.0),
+        ("ViewLayer.DiffCol", 4.0),
+        ("ViewLayer.variance", 0.5),
+    ];
+    named("blender.exr", &one);
+    let ratio = |line: &str| folder.run(line).code(0).json()["images"][0].clone();
+    for layer in ["", " --layer Combined", " --layer ViewLayer.Combined"] {
+        let image = ratio(&format!("compare blender.exr plain.exr --json{layer}"));
+        assert_close(&image["ratio_of_means"][0], 1.5);
+        // Both have variances.
+        assert_close(&image["noise_floor"]["mse"], 1.0);
+    }
+    named(
+        "more.exr",
+        &[("A.DiffCol", 2.0), ("A.Combined", 1.0), ("B.Combined", 1.0)],
+    );
+    let image = ratio("compare blender.exr more.exr --json --layer DiffCol");
+    assert_close(&image["ratio_of_means"][0], 2.0);
+    for line in [
+        "compare more.exr plain.exr",
+        "compare more.exr plain.exr --layer Combined",
+    ] {
+        let ended = folder.run(line);
+        ended
+            .code(2)
+            .says(&["more.exr", "A.Combined, B.Combined", "--layer"]);
+    }
+}
+
+#[test]
 fn the_table_names_every_image() {
     let folder = Folder::new(BOX);
     write(&folder, "r.exr", 2.0, None, false);

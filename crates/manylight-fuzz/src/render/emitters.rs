@@ -18,12 +18,15 @@ pub(super) fn emitters(numbers: &mut Numbers, textures: usize) -> Vec<Emitter> {
 pub(super) fn area(emitters: &[Emitter]) -> Option<usize> {
     emitters
         .iter()
-        .position(|emitter| matches!(emitter, Emitter::Area { .. }))
+        .position(|emitter| emitter.surface_radiance().is_some())
 }
 
 fn emitter(numbers: &mut Numbers, textures: usize) -> Emitter {
     match numbers.below(10) {
-        0..=2 => Emitter::Area {
+        0..=1 => Emitter::Area {
+            radiance: color_input(numbers, textures, BRIGHT),
+        },
+        2 => Emitter::InvisibleArea {
             radiance: color_input(numbers, textures, BRIGHT),
         },
         3 => Emitter::Point {

@@ -3,7 +3,7 @@
 
 use super::exr_checks::{check_headers, damaged};
 use super::exr_colors::{COLOR_INTEROP_ID, ColorSpace, Colors, Planes, REC_709, text};
-use super::layered::{ImageWindow, LayeredImage, interleave};
+use super::layered::{ImageWindow, LayeredImage, interleave, is_combined};
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -16,8 +16,8 @@ use exr::prelude::{Compression, IntegerBounds, ReadChannels, ReadLayers, Vec2};
 use manylight::image::Image;
 use std::io::Cursor;
 
-/// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the first layer
-/// that has them, else the only channel.
+/// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the image in files
+/// of Blender, else those of the first layer that has them, else the only channel.
 pub(super) fn read_color(bytes: &[u8], colors: Colors) -> Result<Image, Fault> {
     let (layered, space) = decode(bytes, colors)?;
     if let Some(image) = layered.beauty() {
@@ -36,7 +36,8 @@ pub(super) fn read_color(bytes: &[u8], colors: Colors) -> Result<Image, Fault> {
             format!("{layer}.{suffix}")
         })
     };
-    for layer in &layered.layers {
+    let images = layered.layers.iter().filter(|l| is_combined(&l.name));
+    for layer in images.chain(&layered.layers) {
         for suffixes in [
             &["R", "G", "B"][..],
             &["r", "g", "b"],

@@ -153,6 +153,11 @@ impl LayeredImage {
     }
 }
 
+/// Whether a layer has the image, by its name: that of Blender's pass, in any layer of its scene.
+pub fn is_combined(layer: &str) -> bool {
+    layer.rsplit('.').next() == Some("Combined")
+}
+
 /// One image from `planes`, each of `width * height` values.
 pub fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
     let data = (0..width * height)

@@ -13,10 +13,12 @@ use std::path::Path;
 pub fn read_image(path: &Path, layer: Option<&str>) -> Result<ComparisonImage, LabError> {
     let picture = read_layered_image(path)?;
     ComparisonImage::new(&picture, layer).map_err(|error| {
-        LabError::usage(
-            format!("{}: {error}", path.display()),
-            "images with color channels can be compared",
-        )
+        let hint = if error.is_ambiguous() {
+            "choose one of them by `--layer`"
+        } else {
+            "images with color channels can be compared"
+        };
+        LabError::usage(format!("{}: {error}", path.display()), hint)
     })
 }
 

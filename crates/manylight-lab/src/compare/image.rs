@@ -1,5 +1,6 @@
 //! The channels of an image that a comparison needs.
 
+use super::layers::{self, NotFound};
 use crate::noise::{self, MeanNoise, NOISY};
 use manylight_io::image::LayeredImage;
 use std::fmt;
@@ -43,19 +44,33 @@ pub enum NoiseCorrelation {
 pub struct ImageChannelsError {
     /// The requested layer; `None` for the image.
     layer: Option<String>,
-    /// Names of all channels in the file.
-    channels: Vec<String>,
+    reason: NotFound,
+}
+
+impl ImageChannelsError {
+    /// Whether several layers have the requested name.
+    pub fn is_ambiguous(&self) -> bool {
+        matches!(self.reason, NotFound::Several(_))
+    }
 }
 
 impl std::error::Error for ImageChannelsError {}
 
 impl fmt::Display for ImageChannelsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.layer {
-            Some(layer) => write!(f, "no layer `{layer}`")?,
-            None => f.write_str("no channels R, G, B or Y")?,
+        match (&self.reason, &self.layer) {
+            (NotFound::Missing(channels), layer) => {
+                match layer {
+                    Some(layer) => write!(f, "no layer `{layer}`")?,
+                    None => f.write_str("no channels R, G, B or Y")?,
+                }
+                write!(f, "; found: {}", channels.join(", "))
+            }
+            (NotFound::Several(layers), Some(layer)) => {
+                write!(f, "several layers end in `{layer}`: {}", layers.join(", "))
+            }
+            (NotFound::Several(layers), None) => write!(f, "several images: {}", layers.join(", ")),
         }
-        write!(f, "; found: {}", self.channels.join(", "))
     }
 }
 
@@ -77,32 +92,28 @@ impl ComparisonImage {
     }
 
     /// Takes the channels of the image, or of the layer `layer`, from `picture`. A gray image is
-    /// used for all three channels. The variance of a layer is not known, nor that of a denoised
+    /// used for all three channels, and in files as Blender writes them the image is the layer
+    /// `Combined`. The end of a name, such as `Combined` of `ViewLayer.Combined`, finds a layer if
+    /// only one has it. The variance of a layer is not known, nor that of a denoised
     /// image: the variances in its file are those of the layer [`NOISY`].
     ///
     /// # Errors
-    /// `picture` lacks these channels.
+    /// `picture` lacks these channels, or several layers have the name.
     pub fn new(picture: &LayeredImage, layer: Option<&str>) -> Result<Self, ImageChannelsError> {
-        let rgb = match layer {
-            None => rgb(picture, "").or_else(|| gray(picture)),
-            Some(layer) => rgb(picture, &format!("{layer}.")),
-        };
-        let rgb = rgb.ok_or_else(|| ImageChannelsError {
+        let found = layers::find(picture, layer).map_err(|reason| ImageChannelsError {
             layer: layer.map(String::from),
-            channels: channels(picture).map(|(name, _)| name.clone()).collect(),
+            reason,
         })?;
-        let denoised = self::rgb(picture, &format!("{NOISY}.")).is_some();
-        let has_variance = match layer {
-            None => !denoised,
-            Some(layer) => layer == NOISY,
-        };
+        let beside = |name: &str| found.beside(picture, name).map(|found| found.rgb());
+        let denoised = beside(NOISY).is_some();
+        let has_variance = found.is(NOISY) || found.is_image() && !denoised;
         let known = |variance: &Vec<[f32; 3]>| variance.iter().flatten().all(|v| v.is_finite());
         Ok(ComparisonImage {
             width: picture.width,
             height: picture.height,
-            rgb,
-            variance: self::rgb(picture, "variance.").filter(|v| has_variance && known(v)),
-            correlation: match self::rgb(picture, "block_variance.") {
+            rgb: found.rgb(),
+            variance: beside("variance").filter(|v| has_variance && known(v)),
+            correlation: match beside("block_variance") {
                 _ if denoised && !has_variance => NoiseCorrelation::Unknown,
                 None => NoiseCorrelation::None,
                 Some(blocks) => match noise::read(picture) {
@@ -110,7 +121,7 @@ impl ComparisonImage {
                     _ => NoiseCorrelation::Unknown,
                 },
             },
-            emission: self::rgb(picture, "emission."),
+            emission: beside("emission"),
         })
     }
 
@@ -125,32 +136,6 @@ impl ComparisonImage {
             .as_ref()
             .is_some_and(|emission| emission[i] != [0.0; 3])
     }
-}
-
-fn channels(picture: &LayeredImage) -> impl Iterator<Item = &(String, Vec<f32>)> {
-    picture.layers.iter().flat_map(|layer| &layer.channels)
-}
-
-fn channel<'p>(picture: &'p LayeredImage, name: &str) -> Option<&'p [f32]> {
-    channels(picture)
-        .find(|(n, _)| n == name)
-        .map(|(_, values)| values.as_slice())
-}
-
-fn rgb(picture: &LayeredImage, prefix: &str) -> Option<Vec<[f32; 3]>> {
-    let one = |name: &str| channel(picture, &format!("{prefix}{name}"));
-    let (r, g, b) = (one("R")?, one("G")?, one("B")?);
-    Some(
-        r.iter()
-            .zip(g)
-            .zip(b)
-            .map(|((&r, &g), &b)| [r, g, b])
-            .collect(),
-    )
-}
-
-fn gray(picture: &LayeredImage) -> Option<Vec<[f32; 3]>> {
-    Some(channel(picture, "Y")?.iter().map(|&y| [y; 3]).collect())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod comparison;
 mod files;
 mod flip;
 mod image;
+mod layers;
 mod metrics;
 mod planes;
 mod ssim;

@@ -196,6 +196,7 @@ fn build(desc: &SceneDesc) -> (Geometry, f64) {
         material: p.material,
         emitter: None,
         transparent: false,
+        invisible: false,
     });
     let (shapes, primitives) = (desc.shapes.clone(), opaque.collect());
     let start = std::time::Instant::now();

@@ -14,6 +14,12 @@ pub enum Emitter {
         /// Emitted radiance in W/(m² sr), the same in all directions.
         radiance: ColorInput,
     },
+    /// The same light without a surface: rays pass through the primitives, whatever their material.
+    /// PBRT's area lights with `alpha` 0. As of points, walks do not find this light.
+    InvisibleArea {
+        /// As that of [`Emitter::Area`].
+        radiance: ColorInput,
+    },
     /// An isotropic point.
     Point {
         /// The point.
@@ -63,6 +69,23 @@ pub enum Emitter {
     },
     /// An environment map.
     Environment(Environment),
+}
+
+impl Emitter {
+    /// Radiance of an emitter on surfaces, visible or not; `None` for others.
+    #[inline]
+    pub fn surface_radiance(&self) -> Option<ColorInput> {
+        match self {
+            Emitter::Area { radiance } | Emitter::InvisibleArea { radiance } => Some(*radiance),
+            _ => None,
+        }
+    }
+
+    /// Whether this is the light of surfaces that no ray meets.
+    #[inline]
+    pub fn is_invisible(&self) -> bool {
+        matches!(self, Emitter::InvisibleArea { .. })
+    }
 }
 
 /// Decrease of the intensity of a spot from 1 at the border of its beam to 0 at its cutoff.

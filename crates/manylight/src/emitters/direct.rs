@@ -33,8 +33,8 @@ pub struct DirectSample {
     /// and parallel light the limit of that, irradiance on a plane perpendicular to `wi` over the
     /// probability of the choice.
     pub weight: Rgb,
-    /// Density per solid angle, including the choice of the emitter; 0 for points, spots and
-    /// parallel light, which BSDF sampling cannot find.
+    /// Density per solid angle, including the choice of the emitter; 0 for points, spots, invisible
+    /// surfaces and parallel light, which BSDF sampling cannot find.
     pub pdf: f32,
 }
 
@@ -150,18 +150,18 @@ impl Emitters {
         let chosen = EmitterTree::sample(&self.tree, receivers, u_choice, lanes);
         let pmf = chosen.pmf * (1.0 - self.infinite_probability);
         let ChosenElements { element, found, .. } = chosen;
-        let (y, is_point) =
+        let (y, is_unseen) =
             ElementList::sample(&self.elements, scene, element, found, receivers.p, u);
         let pdf = y.pdf * pmf;
         let weight = y.radiance / pdf;
-        // A walk never finds points and spots. Their intensity may be 0.
+        // The intensity of a spot may be 0.
         let has_weight = !weight.is_black() & weight.is_finite();
         DirectSamples {
             wi: y.wi,
             target: y.target,
             weight,
-            pdf: is_point.select(0.0, pdf),
-            valid: y.valid & (!is_point | has_weight),
+            pdf: is_unseen.select(0.0, pdf),
+            valid: y.valid & (!is_unseen | has_weight),
         }
     }
 

@@ -108,7 +108,7 @@ impl EmissionGuide {
         let (index, pmf) = choice.as_ref()?.sample(u.emitter);
         let emitter = EmitterId::from(index);
         let (ray, flux, surface) = match &emitters.emitters[index] {
-            Emitter::Area { radiance } => {
+            Emitter::Area { radiance } | Emitter::InvisibleArea { radiance } => {
                 emit_from_surface(emitters, (geometry, textures), emitter, *radiance, u)?
             }
             Emitter::Point {

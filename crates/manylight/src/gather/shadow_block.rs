@@ -101,8 +101,8 @@ impl ShadowBlock {
         self.connected.fill(0);
     }
 
-    /// The points from which each target is visible. Light through transparent surfaces is
-    /// attenuated in `values`.
+    /// The points from which each target is visible. Light through transparent surfaces and media
+    /// is attenuated in `values`.
     fn trace(&mut self, scene: &Scene, batches: &[Batch], sums: &mut [Gathered]) -> [u64; TARGETS] {
         let geometry = &scene.geometry;
         let mut origins = [batches[0].origins[self.side][0]; BATCHES * LANES];
@@ -118,10 +118,10 @@ impl ShadowBlock {
         }
         let occluded = geometry.occluded_block(&origins, &self.targets, &connected);
         let mut arriving: [u64; TARGETS] = std::array::from_fn(|k| connected[k] & !occluded[k]);
-        if geometry.has_transparent() {
-            let crossing = geometry.crossing_block(&origins, &self.targets, &arriving);
-            for (k, &crossing) in crossing.iter().enumerate() {
-                for t in set_bits(crossing) {
+        if geometry.has_transparent() || !scene.media.is_empty() {
+            let attenuated = self.attenuated(scene, &origins, &arriving);
+            for (k, &attenuated) in attenuated.iter().enumerate() {
+                for t in set_bits(attenuated) {
                     let (from, to) = (origins[k], self.targets[t]);
                     let through = scene.cross_transparent(&Segment { from, to }).0;
                     let values = &mut self.values[t][k / LANES];
@@ -131,5 +131,31 @@ impl ShadowBlock {
         }
         transpose(&mut arriving);
         arriving
+    }
+
+    /// Of the `arriving` segments, by origin, those that cross transparent surfaces or may lie in a
+    /// medium.
+    fn attenuated(
+        &self,
+        scene: &Scene,
+        origins: &[Vec3; BATCHES * LANES],
+        arriving: &[u64; TARGETS],
+    ) -> [u64; TARGETS] {
+        let geometry = &scene.geometry;
+        let mut attenuated = match geometry.has_transparent() {
+            true => geometry.crossing_block(origins, &self.targets, arriving),
+            false => [0; TARGETS],
+        };
+        if !scene.media.is_empty() {
+            for (k, attenuated) in attenuated.iter_mut().enumerate() {
+                for t in set_bits(arriving[k] & !*attenuated) {
+                    let (from, to) = (origins[k], self.targets[t]);
+                    if scene.media.may_contain(&Segment { from, to }) {
+                        *attenuated |= 1 << t;
+                    }
+                }
+            }
+        }
+        attenuated
     }
 }

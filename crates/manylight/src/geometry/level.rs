@@ -52,7 +52,12 @@ impl Level {
         let build = |class: SurfaceClass| {
             let mut builder = SurfaceSetBuilder::default();
             for i in range.clone() {
-                if primitives[i].transparent == (class == SurfaceClass::Transparent) {
+                let Primitive {
+                    transparent,
+                    invisible,
+                    ..
+                } = primitives[i];
+                if !invisible && transparent == (class == SurfaceClass::Transparent) {
                     builder.add_primitive(PrimitiveId::from(i), &placements[i], table);
                 }
             }

@@ -45,6 +45,9 @@ pub struct Primitive {
     /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not
     /// count in [`Geometry::occluded`](super::Geometry::occluded).
     pub transparent: bool,
+    /// Whether no ray and no segment meets the surface: that of an
+    /// [`InvisibleArea`](crate::emitters::Emitter::InvisibleArea).
+    pub invisible: bool,
 }
 
 /// A copy of a group of primitives under another transform.

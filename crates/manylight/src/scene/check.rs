@@ -6,7 +6,6 @@ use super::check_sensors::check_sensor;
 use super::error::{Checked, check_index, check_transform, ensure, fail, with_context};
 use super::nesting::Nesting;
 use super::{PrimitiveDesc, SceneDesc};
-use crate::emitters::Emitter;
 use crate::geometry::{Mesh, Shape};
 use crate::math::Vec3;
 
@@ -59,7 +58,7 @@ fn check_primitive(desc: &SceneDesc, primitive: &PrimitiveDesc) -> Checked {
     };
     check_index("emitter", emitter.index(), desc.emitters.len())?;
     ensure(
-        matches!(desc.emitters[emitter.index()], Emitter::Area { .. }),
+        (desc.emitters[emitter.index()].surface_radiance()).is_some(),
         || {
             format!(
                 "emitter {} is not an area emitter and cannot sit on a surface",

@@ -9,7 +9,9 @@ use crate::math::{Mat3, Vec3};
 
 pub(super) fn check_emitter(desc: &SceneDesc, emitter: &Emitter) -> Checked {
     match emitter {
-        Emitter::Area { radiance } => check_color(desc, *radiance),
+        Emitter::Area { radiance } | Emitter::InvisibleArea { radiance } => {
+            check_color(desc, *radiance)
+        }
         Emitter::Point {
             position,
             intensity,

@@ -15,12 +15,12 @@ mod tests;
 pub use check::check_textures;
 pub use desc::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
-pub(crate) use media::Media;
+pub(crate) use media::{Media, transmittance};
 pub use names::SurfaceNames;
 
 use crate::bsdf::{Bsdf, Materials};
 use crate::color::Rgb;
-use crate::emitters::{EmissionGuide, Emitters};
+use crate::emitters::{EmissionGuide, Emitter, Emitters};
 use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
@@ -31,6 +31,10 @@ use crate::texture::{Texture, TexturePoint};
 /// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give
 /// a more accurate guide in more time.
 const GUIDE_RAYS: u64 = 16_384;
+
+/// Surfaces that are followed from the end of a segment to the surface around it: a bound of the
+/// work, not measured. Bodies with more layers count as empty.
+const MAX_LAYERS: u32 = 64;
 
 /// A scene. Immutable, and shared by all threads.
 #[derive(Debug)]
@@ -65,15 +69,17 @@ impl Scene {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
         let materials = Materials::new(desc.materials);
-        let media = Media::new(&desc.media);
-        let groups = group_ranges(desc.primitives.len(), &desc.groups);
+        let in_world = desc.primitives.len();
+        let groups = group_ranges(in_world, &desc.groups);
         let placed = desc
             .primitives
             .into_iter()
             .chain(desc.groups.into_iter().flatten());
-        let primitives = placed.map(|p| primitive(p, &materials)).collect();
+        let primitives = placed.map(|p| primitive(p, &materials, &desc.emitters));
+        let primitives = primitives.collect();
         let instances = desc.instances.iter().map(instance).collect();
         let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
+        let media = Media::new(&desc.media, &geometry, in_world);
         let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
         let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
         Ok(Scene {
@@ -156,10 +162,14 @@ impl Scene {
 
     /// [`Scene::transmittance_and_crossings`] for a segment without opaque surfaces.
     pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
+        let mut through = match self.media.is_empty() {
+            true => Rgb::WHITE,
+            false => self.transmittance_of_medium(segment),
+        };
         if !self.geometry.has_transparent() {
-            return (Rgb::WHITE, 0);
+            return (through, 0);
         }
-        let (mut through, mut crossings) = (Rgb::WHITE, 0);
+        let mut crossings = 0;
         let mut on_edges = EdgeHits::new(segment);
         let w = (segment.to - segment.from).normalize_or_zero();
         self.geometry.visit_transparent(segment, |hit| {
@@ -171,6 +181,41 @@ impl Scene {
             through.is_black()
         });
         (through, crossings)
+    }
+
+    /// The fraction of light that media transmit between two points that see each other, `exp(-σ
+    /// t)` (Beer and Lambert), if both lie in one medium.
+    pub(crate) fn transmittance_of_medium(&self, segment: &Segment) -> Rgb {
+        let across = segment.to - segment.from;
+        let Some(d) = across.try_normalize() else {
+            return Rgb::WHITE;
+        };
+        if !self.media.may_contain(segment) {
+            return Rgb::WHITE;
+        }
+        let beyond = self.geometry.intersect(&Ray::new(segment.to, d));
+        let medium = self.medium_before(beyond, d);
+        medium.map_or(Rgb::WHITE, |sigma| transmittance(sigma, across.length()))
+    }
+
+    /// The absorption coefficient in front of a hit along `d`: in the body whose surface is left
+    /// first, behind the bodies that lie within it. Refracting bodies without a medium are empty.
+    pub(crate) fn medium_before(&self, mut hit: Option<Hit>, d: Vec3) -> Option<Rgb> {
+        let mut entered = 0;
+        for _ in 0..MAX_LAYERS {
+            let x = self.surface_point(hit?.at);
+            let material = self.geometry.primitives()[x.at.primitive.index()].material;
+            let absorption = self.media.absorption(material);
+            if absorption.is_some() || self.materials.refracts(material) {
+                match (x.ng.dot(d) > 0.0, entered) {
+                    (true, 0) => return absorption,
+                    (true, _) => entered -= 1,
+                    (false, _) => entered += 1,
+                }
+            }
+            hit = self.geometry.intersect(&x.spawn(d));
+        }
+        None
     }
 
     /// [`Bsdf::transmittance`] at a surface point with the position `p` along `w`.
@@ -187,7 +232,8 @@ impl Scene {
     }
 }
 
-fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
+fn primitive(desc: PrimitiveDesc, materials: &Materials, emitters: &[Emitter]) -> Primitive {
+    let emitter = desc.emitter.map(|id| &emitters[id.index()]);
     Primitive {
         shape: desc.shape,
         world_from_object: desc.world_from_object,
@@ -195,6 +241,7 @@ fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
         material: desc.material,
         emitter: desc.emitter,
         transparent: materials.is_transparent(desc.material),
+        invisible: emitter.is_some_and(Emitter::is_invisible),
     }
 }
 

@@ -59,7 +59,7 @@ fn half() -> Material {
     }
 }
 
-fn methods() -> [(MethodKind, u32); 5] {
+pub(crate) fn methods() -> [(MethodKind, u32); 5] {
     let few = ManyLight {
         photon_paths: 100,
         importon_paths: 10,

@@ -16,6 +16,7 @@ mod furnace;
 mod hidden_emitters;
 mod interim;
 mod interleaving;
+mod invisible_emitters;
 mod layers;
 mod mixed;
 mod photon_map;

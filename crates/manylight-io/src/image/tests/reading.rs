@@ -157,6 +157,18 @@ fn exr_files_with_unusual_channels() {
             .data,
         [0.0, 1.0, 2.0]
     );
+    // The image of Blender's file, not the first of its layers.
+    let names = [
+        "AO.R",
+        "AO.G",
+        "AO.B",
+        "Combined.R",
+        "Combined.G",
+        "Combined.B",
+    ];
+    let names = names.map(|name| format!("ViewLayer.{name}"));
+    let image = image_of(&names.each_ref().map(String::as_str));
+    assert_eq!(image.unwrap().data, [3.0, 4.0, 5.0]);
     assert_eq!(image_of(&["height"]).unwrap().data, [0.0]);
     assert_eq!(
         image_of(&["U", "V"]).unwrap_err(),

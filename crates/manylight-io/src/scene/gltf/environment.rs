@@ -9,7 +9,7 @@ use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment};
 use manylight::math::{Mat3, Vec3};
 use manylight::scene::SceneDesc;
-use manylight::texture::ColorInput;
+use manylight::texture::{ColorInput, Texture};
 
 /// Adds the environment of the options. A scene without any emitter gets a white one.
 pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) {
@@ -50,13 +50,12 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
 /// Light for files without lights. Screens and labels emit by textures and are not meant to light a
 /// scene; surfaces with an emission of one color may be.
 fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
-    let emits_by_texture = |emitter: &Emitter| {
-        matches!(
-            emitter,
-            Emitter::Area {
-                radiance: ColorInput::Texture(_)
-            }
-        )
+    let textures = &desc.textures;
+    let emits_by_texture = |emitter: &Emitter| match emitter {
+        Emitter::Area {
+            radiance: ColorInput::Texture(id),
+        } => !is_faded_color(&textures[id.index()]),
+        _ => false,
     };
     if desc.emitters.iter().all(emits_by_texture) {
         root.warn_once(
@@ -76,6 +75,18 @@ fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
             "emitting surfaces alone light the scene; `--environment white` or `--environment FILE` adds light from around",
         );
     }
+}
+
+/// Whether a texture is the emission of one color behind a mask: see
+/// [`faded_radiance`](super::super::description::faded_radiance).
+fn is_faded_color(texture: &Texture) -> bool {
+    matches!(
+        texture,
+        Texture::Mix {
+            second: ColorInput::Constant(_),
+            ..
+        }
+    )
 }
 
 /// From the frame of the image to the world. The center of the image is +x and the quarter to its

@@ -230,12 +230,20 @@ fn image_of(texture: &Json<'_>, document: &Document<'_>) -> Option<usize> {
         .iter()
         .find(|(name, _)| texture.extension(name).is_some());
     match other {
-        Some((name, format)) => texture.reporter().error_once(
-            name,
-            texture.path(),
-            &format!("the texture has a {format} image alone (extension `{name}`), which is not supported"),
-            "export textures as PNG, JPEG or WebP, or with such a fallback".to_owned(),
-        ),
+        Some((name, format)) => {
+            let converting = match *name {
+                "KHR_texture_basisu" => {
+                    ", or convert them by `gltf-transform ktxdecompress IN OUT`"
+                }
+                _ => "",
+            };
+            texture.reporter().error_once(
+                name,
+                texture.path(),
+                &format!("the texture has a {format} image alone (extension `{name}`), which is not supported"),
+                format!("export textures as PNG, JPEG or WebP, or with such a fallback{converting}"),
+            );
+        }
         None => texture.error("the texture has no image: the property `source` is missing"),
     }
     None

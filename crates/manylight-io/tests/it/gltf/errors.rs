@@ -117,18 +117,20 @@ fn damaged_binary_files_are_errors() {
     }
 }
 
+/// A document with a texture of this image.
+fn textured(image: Value) -> Value {
+    changed(&[
+        (
+            "/materials/0/pbrMetallicRoughness/baseColorTexture",
+            json!({ "index": 0 }),
+        ),
+        ("/textures", json!([{ "source": 0 }])),
+        ("/images", json!([image])),
+    ])
+}
+
 #[test]
 fn images_that_cannot_be_used_are_errors() {
-    let textured = |image: Value| {
-        changed(&[
-            (
-                "/materials/0/pbrMetallicRoughness/baseColorTexture",
-                json!({ "index": 0 }),
-            ),
-            ("/textures", json!([{ "source": 0 }])),
-            ("/images", json!([image])),
-        ])
-    };
     let cases = [
         (
             json!({ "uri": "wood.png" }),
@@ -156,17 +158,45 @@ fn images_that_cannot_be_used_are_errors() {
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].contains(expected), "{found:?}\n{expected}");
     }
+}
+
+#[test]
+fn textures_of_basis_universal_are_one_error_with_a_way_out() {
     let mut document = textured(json!({}));
-    set(
-        &mut document,
-        "/textures",
-        json!([{ "extensions": { "KHR_texture_basisu": { "source": 0 } } }]),
-    );
-    let found = Folder::new(&document).problems();
-    assert!(
-        found[0].contains("Basis Universal image alone (extension `KHR_texture_basisu`)"),
-        "{found:?}"
-    );
+    let texture = json!({ "extensions": { "KHR_texture_basisu": { "source": 0 } } });
+    let material = json!({
+        "pbrMetallicRoughness": {
+            "baseColorTexture": { "index": 0 },
+            "metallicRoughnessTexture": { "index": 1 }
+        }
+    });
+    for (path, value) in [
+        ("/textures", json!([texture, texture])),
+        ("/materials/0", material),
+    ] {
+        set(&mut document, path, value);
+    }
+    for required in [json!([]), json!(["KHR_texture_basisu"])] {
+        set(&mut document, "/extensionsRequired", required);
+        let found = Folder::new(&document).problems();
+        assert_eq!(found.len(), 1, "{found:?}");
+        for words in [
+            "/textures/0",
+            "`KHR_texture_basisu`",
+            "gltf-transform ktxdecompress",
+        ] {
+            assert!(found[0].contains(words), "{words}: {found:?}");
+        }
+    }
+    // The image beside them is read.
+    let image = image::RgbImage::from_raw(1, 1, vec![255, 255, 255]).unwrap();
+    let mut file = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut file, image::ImageFormat::Png).unwrap();
+    let mut document = textured(json!({ "uri": data_uri("image/png", file.get_ref()) }));
+    let extensions = json!({ "KHR_texture_basisu": { "source": 7 } });
+    let texture = json!([{ "source": 0, "extensions": extensions }]);
+    set(&mut document, "/textures", texture);
+    assert!(Folder::new(&document).problems().is_empty());
 }
 
 #[test]

@@ -122,6 +122,33 @@ fn cut_out_texels_do_not_emit() {
     );
 }
 
+#[test]
+fn a_masked_lamp_of_one_color_lights_its_scene_alone() {
+    let texture = json!({ "baseColorTexture": { "index": 0 }, "baseColorFactor": [0, 0, 0, 1] });
+    for (by_texture, expected) in [
+        (false, "emitting surfaces alone"),
+        (true, "white environment"),
+    ] {
+        let mut mask = json!({
+            "alphaMode": "MASK",
+            "emissiveFactor": [1, 0, 0],
+            "pbrMetallicRoughness": texture
+        });
+        if by_texture {
+            set(&mut mask, "/emissiveTexture", json!({ "index": 0 }));
+        }
+        let mut document = document(mask);
+        // Without the light of the document.
+        set(&mut document, "/nodes", json!([{ "mesh": 0 }]));
+        set(&mut document, "/scenes/0/nodes", json!([0]));
+        let found = Folder::new(&document).problems();
+        assert!(
+            found.iter().any(|text| text.contains(expected)),
+            "{found:?}"
+        );
+    }
+}
+
 /// Light of a normal-mapped triangle towards the viewer on the `side` of the z axis, from a
 /// direction that is tilted by `x`.
 fn reflected(document: &Value, side: f32, x: f32) -> f32 {

@@ -505,6 +505,35 @@ fn opacity_scales_the_emission_of_a_surface() {
 }
 
 #[test]
+fn an_emitter_of_no_opacity_lights_without_being_seen() {
+    let quad = "Shape \"bilinearmesh\" \"point3 P\" [ -1 -1 0 1 -1 0 -1 1 0 1 1 0 ]";
+    let zero = "Texture \"z\" \"float\" \"constant\" \"float value\" 0";
+    for (light, alpha, expected) in [
+        ("\"rgb L\" [ 4 4 4 ]", "\"float alpha\" 0", 4.0),
+        ("\"rgb L\" [ 4 4 4 ]", "\"texture alpha\" \"z\"", 4.0),
+        // The power of the opaque surface, whose area is 4.
+        ("\"float power\" 8", "\"float alpha\" 0", 2.0 / PI),
+    ] {
+        let text = format!("{zero} AreaLightSource \"diffuse\" {light} {quad} {alpha}");
+        match load(&text).emitters.last() {
+            Some(Emitter::InvisibleArea {
+                radiance: ColorInput::Constant(color),
+            }) => assert!((color.r - expected).abs() < 1e-5, "{text}: {color:?}"),
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+    // Both sides of a surface that both emit.
+    let desc = load(&format!(
+        "AreaLightSource \"diffuse\" \"bool twosided\" true {quad} \"float alpha\" 0"
+    ));
+    assert_eq!(desc.primitives.len(), 2);
+    assert!(desc.primitives.iter().all(|primitive| {
+        let emitter = primitive.emitter.map(|id| &desc.emitters[id.index()]);
+        emitter.is_some_and(Emitter::is_invisible)
+    }));
+}
+
+#[test]
 fn textured_triangles_without_coordinates_have_those_of_pbrt() {
     let quad = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ] \"integer indices\" [ 0 1 2 0 2 3 ]";
     let texture = "Texture \"t\" \"spectrum\" \"checkerboard\" ";

@@ -30,7 +30,8 @@ pub(in crate::emitters) struct EmittingScene<'a> {
     pub(in crate::emitters) textures: &'a [Texture],
 }
 
-/// Points of elements, and the lanes in which they are of points and spots.
+/// Points of elements, and the lanes in which no walk finds them: points, spots and surfaces that
+/// no ray meets.
 pub(in crate::emitters) type PointsOfElements<S> = (VisiblePoints<S>, Mask<S>);
 
 impl ElementList {
@@ -70,7 +71,17 @@ impl ElementList {
             let more = self.surfaces(scene, element, surfaces, p, u);
             points = VisiblePoints::select(surfaces, more, points);
         }
-        (points, kinds.points)
+        let mut unseen = kinds.points;
+        if self.has_invisible {
+            let elements = element.store();
+            for i in set_bits((lanes & !unseen).bits()) {
+                let of = self.element(elements.as_ref()[i] as usize);
+                if scene.emitters[of.emitter.index()].is_invisible() {
+                    unseen |= Mask::from_bits(lanes.width(), 1 << i);
+                }
+            }
+        }
+        (points, unseen)
     }
 
     #[inline(always)]
@@ -143,12 +154,10 @@ impl ElementList {
         let (elements, p, u) = (element.store(), p.store(), [u.x.store(), u.y.store()]);
         VisiblePoints::each(lanes, |i| {
             let element = self.element(elements.as_ref()[i] as usize);
-            let Emitter::Area { radiance } = &scene.emitters[element.emitter.index()] else {
-                return None;
-            };
+            let radiance = scene.emitters[element.emitter.index()].surface_radiance()?;
             let p = p.each_ref().map(|x| x.as_ref()[i]).into();
             let u = u.each_ref().map(|x| x.as_ref()[i]).into();
-            element.sample(scene.geometry, scene.textures, *radiance, p, u)
+            element.sample(scene.geometry, scene.textures, radiance, p, u)
         })
     }
 

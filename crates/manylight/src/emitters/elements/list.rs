@@ -23,6 +23,8 @@ pub(in crate::emitters) struct ElementList {
     of_primitive: Vec<Option<TriangleRange>>,
     /// By triangle of the primitives with area emitters: index of the element, or [`NO_ELEMENT`].
     of_triangle: Vec<u32>,
+    /// Whether there are surfaces that no ray meets.
+    pub(super) has_invisible: bool,
 }
 
 /// The elements of one emitter.
@@ -57,6 +59,7 @@ impl ElementList {
             of_emitter: Vec::new(),
             of_primitive: vec![None; geometry.primitives().len()],
             of_triangle: Vec::new(),
+            has_invisible: emitters.iter().any(Emitter::is_invisible),
         };
         let mut bounds = Vec::new();
         let textures = &TextureBounds::new(textures);
@@ -64,13 +67,14 @@ impl ElementList {
             let Some(id) = primitive.emitter else {
                 continue;
             };
-            if let Some(Emitter::Area { radiance }) = emitters.get(id.index()) {
+            let emitter = emitters.get(id.index());
+            if let Some(radiance) = emitter.and_then(Emitter::surface_radiance) {
                 let area = AreaEmitter {
                     geometry,
                     textures,
                     primitive: PrimitiveId::from(i),
                     emitter: id,
-                    radiance: *radiance,
+                    radiance,
                 };
                 bounds.extend(list.add_primitive(area.primitive, area.elements()));
             }

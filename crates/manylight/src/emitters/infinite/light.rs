@@ -60,6 +60,7 @@ impl InfiniteLightKind {
                 EnvironmentSampler::new(environment).map(InfiniteLightKind::Environment)
             }
             Emitter::Area { .. }
+            | Emitter::InvisibleArea { .. }
             | Emitter::Point { .. }
             | Emitter::Goniometric { .. }
             | Emitter::Spot { .. } => None,

@@ -196,6 +196,7 @@ fn world(placed: Vec<Placed>, others: Vec<Emitter>) -> World {
             material: MaterialId(0),
             emitter,
             transparent: false,
+            invisible: false,
         });
         shapes.push(shape);
     }

@@ -21,6 +21,7 @@ pub(super) fn placed(shape: u32, world_from_object: Affine3A) -> Primitive {
         material: MaterialId(0),
         emitter: None,
         transparent: false,
+        invisible: false,
     }
 }
 

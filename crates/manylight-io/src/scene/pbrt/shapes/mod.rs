@@ -109,14 +109,20 @@ impl Builder<'_> {
         }
         if let (Some(AreaLight { emitter, two_sided }), Some(opacity)) = (&light, opacity) {
             let emitter = *emitter;
+            // PBRT samples such lights, and lets rays pass: they light as if they were opaque.
+            let is_invisible = opacity == FloatInput::Constant(0.0);
             // After the power, which does not depend on the opacity.
             self.after_loading(move |desc: &mut SceneDesc| {
                 if let Emitter::Area { radiance } = desc.emitters[emitter.index()] {
-                    let radiance = faded_radiance(&mut desc.textures, radiance, opacity);
-                    desc.emitters[emitter.index()] = Emitter::Area { radiance };
+                    desc.emitters[emitter.index()] = if is_invisible {
+                        Emitter::InvisibleArea { radiance }
+                    } else {
+                        let radiance = faded_radiance(&mut desc.textures, radiance, opacity);
+                        Emitter::Area { radiance }
+                    };
                 }
             });
-            if *two_sided {
+            if *two_sided && !is_invisible {
                 material = add_front_alone(&mut self.desc.materials, material);
             }
         }
@@ -148,11 +154,6 @@ impl Builder<'_> {
         let params = &shape.entity.params;
         params.ignore(&["shadowalpha"]);
         let opacity = self.maybe_float_input(&shape.entity, "alpha")?;
-        if opacity == FloatInput::Constant(0.0) && shape.area_light.is_some() {
-            let message = "an emitter with `alpha` 0 is invisible in PBRT; it is visible here";
-            params.unsupported("invisible emitter", message);
-            return None;
-        }
         (opacity != FloatInput::Constant(1.0)).then_some(opacity)
     }
 
