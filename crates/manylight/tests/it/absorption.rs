@@ -154,14 +154,15 @@ fn check_many_lights(name: &str, scene: &Scene, expected: [f64; 3]) {
         light_count: 128,
         ..ManyLight::rich_lightcuts()
     };
-    for (method, passes) in [
-        (MethodKind::Path, 2000),
-        (MethodKind::ManyLight(lights), 200),
-        (MethodKind::ManyLight(lightcuts), 200),
+    // Cuts have an error of their own.
+    for (method, passes, tolerance) in [
+        (MethodKind::Path, 2000, 3e-3),
+        (MethodKind::ManyLight(lights), 200, 5e-3),
+        (MethodKind::ManyLight(lightcuts), 200, 1e-2),
     ] {
         let means = channel_means(&film(scene, method.clone(), passes, 1));
         for ((mean, error), expected) in means.into_iter().zip(expected) {
-            let allowed = 4.0 * error + 3e-3 * expected;
+            let allowed = 4.0 * error + tolerance * expected;
             assert!(
                 (mean - expected).abs() < allowed,
                 "{name}, {method:?}: {mean} +- {error} for {expected}"
