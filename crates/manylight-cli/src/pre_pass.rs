@@ -38,7 +38,7 @@ impl Session {
         (self.pool).install(|| check_memory(limit, &job, surroundings))?;
         let never = AtomicBool::new(false);
         let pre_pass = self.pool.install(|| {
-            let guide = self.scene.emission_guide();
+            let guide = method.emission_guide(&self.scene);
             let run = PassContext {
                 pass: Pass {
                     seed: request.paths.seed,

@@ -192,13 +192,14 @@ impl Session {
         warnings
     }
 
-    /// Warnings about the samples so far: some were not finite, or hardly any photon found the
-    /// scene.
+    /// Warnings about the samples so far: some were not finite, hardly any photon found the scene,
+    /// or hardly any of an emitter found where its light matters.
     pub(crate) fn sample_warnings(&self) -> Vec<String> {
         let dropped = Stats::get(&self.stats.dropped_samples);
         let dropped = (dropped > 0)
             .then(|| format!("{dropped} samples were not finite and were replaced by black"));
-        dropped.into_iter().chain(self.lost_photons()).collect()
+        let lights = self.lost_photons().or_else(|| self.missed_light());
+        dropped.into_iter().chain(lights).collect()
     }
 
     /// A warning if a method of virtual lights has hardly any photon. Of photon maps nothing is
@@ -217,6 +218,22 @@ impl Session {
                 "only {photons} photons of {paths} photon paths reached a surface, so that the picture lacks indirect light: the lights are far larger than the scene, or shine past it; --method path is not affected"
             )
         })
+    }
+
+    /// A warning if photons hardly carry the light of an emitter to where it matters.
+    fn missed_light(&self) -> Option<String> {
+        let missed = self.stats.missed_light()?;
+        let primitives = self.scene.geometry.primitives();
+        let first = primitives
+            .iter()
+            .position(|p| p.emitter == Some(missed.emitter));
+        let name = first.map_or("", |first| self.scene.names.of_primitive(first.into()));
+        Some(format!(
+            "photons carry only {:.1} % of the light that the emitter of {} sends to the surfaces around what the camera sees, where it is {:.0} % of all direct light: indirect light and caustics of it are noisy or missing; --method path is not affected",
+            100.0 * missed.carried,
+            shown_path(Path::new(name)),
+            100.0 * missed.share
+        ))
     }
 
     /// Renders features that the film of `job` will lack, if the image is to be denoised. Their

@@ -48,7 +48,7 @@ impl Session {
         };
         let method = self.request.method(self.scene.limits);
         Ok(self.pool.install(|| {
-            let guide = self.scene.emission_guide();
+            let guide = method.emission_guide(&self.scene);
             let run = PassContext {
                 guide: &guide,
                 pass: Pass {

@@ -2,6 +2,8 @@
 
 use super::Emitters;
 use super::description::Emitter;
+use super::elements::EmitterElement;
+use super::emission_cells::{EmissionCells, UnitChoice};
 use super::infinite::{GuidingPrepass, InfiniteEmissionNumbers, InfiniteLightGuides};
 use super::point::spot_direction;
 use crate::color::Rgb;
@@ -12,6 +14,7 @@ use crate::sampling::alias::Alias;
 use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// The random numbers of the emission of one photon, each in [0, 1).
 #[derive(Clone, Copy, Debug)]
@@ -43,20 +46,39 @@ pub struct EmissionSample {
     pub surface: Option<SurfacePoint>,
 }
 
-/// Densities for the emission of photons by infinite lights that are concentrated on the visible
-/// part of the scene. A guide changes densities only: the expected value of every estimate stays
-/// the same.
+/// Densities for the emission of photons that are concentrated on the visible part of the scene:
+/// by infinite lights, and the choice among emitters. A guide changes densities only: the expected
+/// value of every estimate stays the same.
 ///
 /// The default guide is unguided emission.
 #[derive(Debug, Default)]
-pub struct EmissionGuide(Option<GuidedEmission>);
+pub struct EmissionGuide {
+    infinite: Option<Arc<InfiniteLightGuides>>,
+    choice: EmitterChoice,
+}
 
-#[derive(Debug)]
-struct GuidedEmission {
-    guides: InfiniteLightGuides,
-    /// Choice of an emitter. Infinite lights are chosen in proportion to power over gain of their
-    /// guide: guided photons have less flux by that factor.
-    choice: Option<Alias>,
+/// How the emitter of a photon is chosen.
+#[derive(Debug, Default)]
+enum EmitterChoice {
+    /// By power, then an element of it by power.
+    #[default]
+    ByPower,
+    /// By power, that of infinite lights divided by the gain of their guide: guided photons have
+    /// less flux by that factor. Then an element by power.
+    ByGuidedPower(Option<Alias>),
+    /// Among elements and infinite lights.
+    Units(UnitChoice),
+}
+
+/// A chosen emitter.
+struct Chosen<'a> {
+    emitter: EmitterId,
+    /// The element, of emitters with a position.
+    element: Option<&'a EmitterElement>,
+    /// Probability of the choice of an element of the emitter.
+    element_pmf: f32,
+    /// Probability of the rest of the choice.
+    pmf: f32,
 }
 
 impl EmissionGuide {
@@ -90,12 +112,75 @@ impl EmissionGuide {
         for (emitter, gain) in emitters.infinite.gains(&guides) {
             weights[emitter.index()] /= gain;
         }
-        let choice = Alias::new(&weights);
-        EmissionGuide(Some(GuidedEmission { guides, choice }))
+        EmissionGuide {
+            infinite: Some(Arc::new(guides)),
+            choice: EmitterChoice::ByGuidedPower(Alias::new(&weights)),
+        }
     }
 
-    /// Emits a photon: chooses an emitter by power, for infinite lights by this guide, then a
-    /// position and a direction. `None` if the sample has no flux.
+    /// The cells among which [`EmissionGuide::with_shares`] divides the photons.
+    pub fn cells(&self, emitters: &Emitters) -> EmissionCells {
+        EmissionCells::new(emitters, |id| self.infinite_weight(emitters, id))
+    }
+
+    /// This guide with emission from one cell alone: photons have the flux of that cell. `None`
+    /// without power.
+    pub fn of_cell(&self, cells: &EmissionCells, cell: usize) -> Option<EmissionGuide> {
+        Some(EmissionGuide {
+            infinite: self.infinite.clone(),
+            choice: EmitterChoice::Units(cells.choice_within(cell)?),
+        })
+    }
+
+    /// This guide with the probability `shares` of each cell. All of them must be positive.
+    pub fn with_shares(self, cells: &EmissionCells, shares: &[f32]) -> EmissionGuide {
+        match cells.choice(shares) {
+            None => self,
+            Some(choice) => EmissionGuide {
+                choice: EmitterChoice::Units(choice),
+                ..self
+            },
+        }
+    }
+
+    /// In proportion to the probability of an infinite light in unguided emission.
+    pub(super) fn infinite_weight(&self, emitters: &Emitters, id: EmitterId) -> f32 {
+        let gain = self.infinite.as_ref().and_then(|guides| {
+            let mut gains = emitters.infinite.gains(guides);
+            gains.find_map(|(emitter, gain)| (emitter == id).then_some(gain))
+        });
+        emitters.powers[id.index()].selection_weight() / gain.unwrap_or(1.0)
+    }
+
+    /// Chooses an emitter and an element of it.
+    fn choose<'a>(&self, emitters: &'a Emitters, u: EmissionNumbers) -> Option<Chosen<'a>> {
+        let by_emitter = match &self.choice {
+            EmitterChoice::ByPower => &emitters.by_power,
+            EmitterChoice::ByGuidedPower(choice) => choice,
+            EmitterChoice::Units(choice) => {
+                let (unit, pmf) = choice.sample(u.emitter);
+                let element = (unit.element).map(|i| emitters.elements.element(i as usize));
+                return Some(Chosen {
+                    emitter: unit.emitter,
+                    element,
+                    element_pmf: 1.0,
+                    pmf,
+                });
+            }
+        };
+        let (index, pmf) = by_emitter.as_ref()?.sample(u.emitter);
+        let emitter = EmitterId::from(index);
+        let element = emitters.elements.choose(emitter, u.element);
+        Some(Chosen {
+            emitter,
+            element: element.map(|(element, _)| element),
+            element_pmf: element.map_or(1.0, |(_, pmf)| pmf),
+            pmf,
+        })
+    }
+
+    /// Emits a photon: chooses an emitter by power or by this guide, then a position and a
+    /// direction. `None` if the sample has no flux.
     pub fn sample(
         &self,
         emitters: &Emitters,
@@ -103,13 +188,11 @@ impl EmissionGuide {
         textures: &[Texture],
         u: EmissionNumbers,
     ) -> Option<EmissionSample> {
-        let guided = self.0.as_ref();
-        let choice = guided.map_or(&emitters.by_power, |guided| &guided.choice);
-        let (index, pmf) = choice.as_ref()?.sample(u.emitter);
-        let emitter = EmitterId::from(index);
-        let (ray, flux, surface) = match &emitters.emitters[index] {
+        let chosen = self.choose(emitters, u)?;
+        let (emitter, pmf) = (chosen.emitter, chosen.pmf);
+        let (ray, flux, surface) = match &emitters.emitters[emitter.index()] {
             Emitter::Area { radiance } | Emitter::InvisibleArea { radiance } => {
-                emit_from_surface(emitters, (geometry, textures), emitter, *radiance, u)?
+                emit_from_surface(&chosen, (geometry, textures), *radiance, u)?
             }
             Emitter::Point {
                 position,
@@ -141,7 +224,7 @@ impl EmissionGuide {
                     direction: u.direction,
                     guide: u.element,
                 };
-                let guides = guided.map(|guided| &guided.guides);
+                let guides = self.infinite.as_deref();
                 let (ray, flux) = emitters.infinite.emit(emitter, guides, numbers)?;
                 (ray, flux, None)
             }
@@ -158,13 +241,12 @@ impl EmissionGuide {
 /// Ray, flux before division by the probability of the emitter, and emitting point of a photon of
 /// an area emitter.
 fn emit_from_surface(
-    emitters: &Emitters,
+    chosen: &Chosen,
     (geometry, textures): (&Geometry, &[Texture]),
-    emitter: EmitterId,
     radiance: ColorInput,
     u: EmissionNumbers,
 ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
-    let (element, pmf) = emitters.elements.choose(emitter, u.element)?;
+    let (element, pmf) = (chosen.element?, chosen.element_pmf);
     let y = element.sample_area(geometry, u.position)?;
     let radiance = radiance.eval(&y, textures);
     if radiance.is_black() {

@@ -14,6 +14,7 @@ mod description;
 mod direct;
 mod elements;
 mod emission;
+mod emission_cells;
 mod emitter_tree;
 mod environment_lobes;
 mod infinite;
@@ -25,6 +26,7 @@ mod tests;
 pub use description::{DeformedCone, Emitter, Environment, ProjectorTexture, SpotFalloff};
 pub use direct::{DirectSample, DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
+pub use emission_cells::EmissionCells;
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 pub use receivers::Receivers;
 
@@ -35,7 +37,7 @@ use crate::image::Image;
 use crate::math::Vec3;
 use crate::sampling::alias::Alias;
 use crate::texture::Texture;
-use elements::ElementList;
+use elements::{ElementBounds, ElementList};
 use emitter_tree::EmitterTree;
 use infinite::{BoundingSphere, InfiniteLights};
 
@@ -48,6 +50,8 @@ pub struct Emitters {
     /// Choice of an emitter by power for a photon.
     by_power: Option<Alias>,
     elements: ElementList,
+    /// By element: its center, and its selection weight as a power.
+    element_weights: Vec<(Vec3, f32)>,
     /// Choice of an element for a receiver.
     tree: EmitterTree,
     infinite: InfiniteLights,
@@ -87,6 +91,10 @@ impl Emitters {
             powers,
             by_power: Alias::new(&weights),
             elements,
+            element_weights: bounds
+                .iter()
+                .map(ElementBounds::center_and_weight)
+                .collect(),
             tree,
             infinite,
             infinite_probability,

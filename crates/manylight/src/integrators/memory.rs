@@ -5,6 +5,7 @@ use super::method::{Method, MethodKind};
 use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
 use crate::bsdf::Lobes;
+use crate::emitters::EmissionGuide;
 use crate::film::Film;
 use crate::light_tree::LightTree;
 use crate::particles::{Importon, Photon, trace_photons, usable_by_virtual_lights};
@@ -60,10 +61,14 @@ impl Method {
         match &self.kind {
             MethodKind::ManyLight(method) | MethodKind::Mixed(Mixed { lights: method, .. }) => {
                 let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
-                stages.extend(of_many_light(method, scene, self.limits, last, seed));
+                let guide = &self.emission_guide(scene);
+                let probes = Probes { scene, guide, seed };
+                stages.extend(of_many_light(method, probes, self.limits, last));
             }
             MethodKind::PhotonMap(method) => {
-                stages.push(of_photon_map(method, scene, self.limits, seed));
+                let guide = &self.emission_guide(scene);
+                let probes = Probes { scene, guide, seed };
+                stages.push(of_photon_map(method, probes, self.limits));
             }
             _ => {}
         }
@@ -74,15 +79,15 @@ impl Method {
 /// Of the largest group of passes up to `last`.
 fn of_many_light(
     method: &ManyLight,
-    scene: &Scene,
+    probes: Probes,
     limits: PathLimits,
     last: u32,
-    seed: u64,
 ) -> [StageMemory; 4] {
+    let scene = probes.scene;
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * f64::from(group.subsets);
-    let probes = probes(scene, limits, seed, usable_by_virtual_lights);
+    let probes = probes.photons(limits, usable_by_virtual_lights);
     let is_glossy = |photon: &&Photon| {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
         bsdf.lobes().has(Lobes::GLOSSY)
@@ -122,22 +127,34 @@ fn of_many_light(
 }
 
 /// Of the photons of one pass.
-fn of_photon_map(method: &PhotonMap, scene: &Scene, limits: PathLimits, seed: u64) -> StageMemory {
-    let probes = probes(scene, limits, seed, |surface, event| {
-        method.segments_added(scene, surface, event)
+fn of_photon_map(method: &PhotonMap, probes: Probes, limits: PathLimits) -> StageMemory {
+    let photons = probes.photons(limits, |surface, event| {
+        method.segments_added(probes.scene, surface, event)
     });
-    photon_memory(&probes, f64::from(method.photon_paths))
+    photon_memory(&photons, f64::from(method.photon_paths))
 }
 
-/// The photons of [`PROBES`] paths; `segments_added` as in [`trace_photons`].
-fn probes(
-    scene: &Scene,
-    limits: PathLimits,
+/// Photon paths that are traced for an estimate.
+#[derive(Clone, Copy)]
+struct Probes<'a> {
+    scene: &'a Scene,
+    guide: &'a EmissionGuide,
     seed: u64,
-    segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
-) -> Vec<Photon> {
-    let (guide, pass) = (scene.emission_guide(), Pass { seed, index: 0 });
-    trace_photons(scene, &guide, limits, PROBES, pass, segments_added)
+}
+
+impl Probes<'_> {
+    /// The photons of [`PROBES`] paths; `segments_added` as in [`trace_photons`].
+    fn photons(
+        &self,
+        limits: PathLimits,
+        segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
+    ) -> Vec<Photon> {
+        let pass = Pass {
+            seed: self.seed,
+            index: 0,
+        };
+        trace_photons(self.scene, self.guide, limits, PROBES, pass, segments_added)
+    }
 }
 
 /// Of the photons of `paths` photon paths, estimated by those of [`PROBES`] paths.

@@ -5,6 +5,8 @@ mod camera_round;
 pub mod choice;
 mod connections;
 pub mod context;
+mod direct_light;
+pub mod emission_guiding;
 mod first_event;
 mod guiding;
 mod light_tracer;
@@ -19,6 +21,7 @@ pub mod renderer;
 
 pub use choice::{Choice, ChoiceErrors, ChoicePrePass};
 pub use context::PassContext;
+pub use emission_guiding::GuidedEmission;
 pub use many_light::{InterimMaps, ManyLight, PlacedLight, PreparedPasses};
 pub use memory::StageMemory;
 pub use method::{ExtraLayers, Method, MethodKind};

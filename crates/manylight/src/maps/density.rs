@@ -54,7 +54,17 @@ pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
 ///
 /// K is the size of `found`, usually [`IMPORTANCE_NEIGHBORS`].
 pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut Neighbors) -> f32 {
-    importons.nearest(p, f32::INFINITY, found);
+    importance_within(importons, (p, n), f32::INFINITY, found)
+}
+
+/// [`importance_at`] with a bandwidth of at most `max_radius` m.
+pub fn importance_within(
+    importons: &KdTree<Importon>,
+    (p, n): (Vec3, Vec3),
+    max_radius: f32,
+    found: &mut Neighbors,
+) -> f32 {
+    importons.nearest(p, max_radius, found);
     let r2 = found.radius_squared();
     let mut sum = 0.0;
     for (i, d2) in found.iter() {

@@ -40,20 +40,51 @@ pub fn trace_importons(
     path_count: u32,
     pass: Pass,
 ) -> Vec<Importon> {
+    trace(scene, limits, path_count, pass, Deposit::BehindGatherPoints)
+}
+
+/// Traces `path_count` camera paths through uniform film positions, and deposits an importon at
+/// each gather point: a density estimate there is seen.
+pub fn trace_gather_importons(
+    scene: &Scene,
+    limits: PathLimits,
+    path_count: u32,
+    pass: Pass,
+) -> Vec<Importon> {
+    trace(scene, limits, path_count, pass, Deposit::AtGatherPoints)
+}
+
+fn trace(
+    scene: &Scene,
+    limits: PathLimits,
+    path_count: u32,
+    pass: Pass,
+    deposit: Deposit,
+) -> Vec<Importon> {
     let tracer = PathTracer {
         scene,
         limits,
         path_fraction: 1.0 / path_count as f32,
+        deposit,
     };
     in_path_order(path_count, |paths| tracer.trace(pass, paths))
 }
 
-/// The arguments of [`trace_importons`] that all paths share.
+/// Where importons are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Deposit {
+    AtGatherPoints,
+    /// At the next surfaces.
+    BehindGatherPoints,
+}
+
+/// The arguments of [`trace`] that all paths share.
 struct PathTracer<'a> {
     scene: &'a Scene,
     limits: PathLimits,
     /// One over the number of paths.
     path_fraction: f32,
+    deposit: Deposit,
 }
 
 impl PathTracer<'_> {
@@ -61,6 +92,7 @@ impl PathTracer<'_> {
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Importon)> {
         let mut importons = StoredImportons {
             limits: self.limits,
+            deposit: self.deposit,
             stored: Vec::new(),
         };
         follow_and_shade(self.scene, self.start(pass, paths), &mut importons);
@@ -87,6 +119,7 @@ impl PathTracer<'_> {
 /// The importons of the paths of a task.
 struct StoredImportons {
     limits: PathLimits,
+    deposit: Deposit,
     /// With the index of their path.
     stored: Vec<(u32, Importon)>,
 }
@@ -103,16 +136,20 @@ impl VertexShader<u32> for StoredImportons {
         let gathered = lanes_where(lanes, |i| {
             walks.event(v.index.as_ref()[i]).has(Lobes::NON_SPECULAR)
         });
-        self.store(v, walks, gathered);
+        let stored = match self.deposit {
+            Deposit::BehindGatherPoints => gathered,
+            Deposit::AtGatherPoints => lanes & !gathered,
+        };
+        self.store(v, walks, stored);
         advance(self.limits, v, walks, (lanes, gathered), next);
     }
 }
 
 impl StoredImportons {
-    /// Stores the importons of the paths that come from a gather point, the lanes `gathered`.
+    /// Stores the importons of the paths in `lanes` at surfaces with non-specular lobes.
     #[inline(always)]
-    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<u32>, gathered: Bits) {
-        let receives = gathered & v.bsdf.has(Lobes::NON_SPECULAR).bits();
+    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<u32>, lanes: Bits) {
+        let receives = lanes & v.bsdf.has(Lobes::NON_SPECULAR).bits();
         if receives == 0 {
             return;
         }

@@ -4,5 +4,5 @@ pub mod importons;
 pub mod photons;
 mod tasks;
 
-pub use importons::{Importon, trace_importons};
+pub use importons::{Importon, trace_gather_importons, trace_importons};
 pub use photons::{Photon, parent, trace_photons, usable_by_virtual_lights};

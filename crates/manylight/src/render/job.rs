@@ -180,7 +180,9 @@ struct Passes<'j, 's> {
 impl<'j, 's> Passes<'j, 's> {
     fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
         let guide = if job.method.emits_photons() {
-            stats.time("photons", || job.scene.emission_guide())
+            let guided = stats.time("photons", || job.method.guided_emission(job.scene));
+            stats.set_missed_light(guided.missed);
+            guided.guide
         } else {
             EmissionGuide::default()
         };

@@ -4,7 +4,7 @@ use super::{InstanceDesc, PrimitiveDesc, SceneDesc};
 use crate::bsdf::Material;
 use crate::film::IdLayer;
 use crate::geometry::SurfaceRef;
-use crate::ids::MaterialId;
+use crate::ids::{MaterialId, PrimitiveId};
 use std::collections::{HashMap, HashSet};
 
 /// Names of the objects and materials of a scene. An index of a name is an id of an [`IdLayer`];
@@ -63,6 +63,11 @@ impl SurfaceNames {
         of_instance
             .flatten()
             .unwrap_or(self.of_primitives[at.primitive.index()])
+    }
+
+    /// Name of the object of a primitive outside of instances.
+    pub fn of_primitive(&self, primitive: PrimitiveId) -> &str {
+        &self.objects.names[self.of_primitives[primitive.index()] as usize]
     }
 
     /// Id of a material.

@@ -11,6 +11,7 @@ mod common;
 mod compensation;
 mod coverage;
 mod determinism;
+mod emission_guiding;
 mod frosted_glass;
 mod furnace;
 mod hidden_emitters;

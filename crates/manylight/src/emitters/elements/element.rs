@@ -48,6 +48,13 @@ pub(in crate::emitters) struct ElementBounds {
     pub(in crate::emitters) power: Rgb,
 }
 
+impl ElementBounds {
+    /// The center, and the selection weight of the power.
+    pub(in crate::emitters) fn center_and_weight(&self) -> (Vec3, f32) {
+        (self.bounds.center(), self.power.selection_weight())
+    }
+}
+
 impl EmitterElement {
     /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards
     /// `p`.

@@ -14,7 +14,7 @@ mod sampling;
 mod sphere;
 mod visible_point;
 
-pub(super) use element::ElementBounds;
+pub(super) use element::{ElementBounds, EmitterElement};
 pub(super) use from_receivers::EmittingScene;
 pub(super) use list::ElementList;
 #[cfg(test)]

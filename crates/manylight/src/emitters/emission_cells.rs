@@ -1,0 +1,181 @@
+//! Cells of emission: groups of neighboring elements of emitters, among which a guide divides the
+//! photons.
+
+use super::Emitters;
+use crate::geometry::SurfaceRef;
+use crate::ids::EmitterId;
+use crate::math::{Aabb, Vec3};
+use crate::sampling::alias::Alias;
+use std::ops::Range;
+
+/// Fraction of all power from which on a group of elements is a cell: there are at most twice as
+/// many cells as its inverse, and the infinite lights. Not measured: smaller cells separate more
+/// emitters, and leave fewer paths of the pre-pass to each.
+const CELL_POWER: f32 = 1.0 / 64.0;
+/// Bits per axis of a position on the curve along which elements are grouped.
+const BITS: u32 = 10;
+
+/// What emission chooses first: an element, or an infinite light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmissionUnit {
+    pub(super) emitter: EmitterId,
+    /// Index of the element; `None` for an infinite light.
+    pub(super) element: Option<u32>,
+    /// In proportion to the probability of unguided emission.
+    weight: f32,
+}
+
+/// The elements and infinite lights that emit, in cells.
+#[derive(Clone, Debug)]
+pub struct EmissionCells {
+    units: Vec<EmissionUnit>,
+    cells: Vec<Range<usize>>,
+    /// By element; `None` without power.
+    of_element: Vec<Option<u32>>,
+}
+
+/// A choice among elements and infinite lights.
+#[derive(Debug)]
+pub(super) struct UnitChoice {
+    units: Vec<EmissionUnit>,
+    choice: Alias,
+}
+
+impl EmissionCells {
+    /// Cells of `emitters`; `weight` is that of an infinite light, in proportion to the weights of
+    /// elements.
+    pub(super) fn new(emitters: &Emitters, weight: impl Fn(EmitterId) -> f32) -> Self {
+        let mut units = elements_along_curve(emitters);
+        let local = units.len();
+        let infinite = emitters.infinite.powers().map(|(emitter, _)| EmissionUnit {
+            emitter,
+            element: None,
+            weight: weight(emitter),
+        });
+        units.extend(infinite.filter(|unit| unit.weight > 0.0));
+        let least = CELL_POWER * units.iter().map(|unit| unit.weight).sum::<f32>();
+        let (mut cells, mut start, mut total) = (Vec::new(), 0, 0.0);
+        for (i, unit) in units.iter().enumerate() {
+            // One large emitter, or an infinite light, is a cell alone.
+            if (unit.weight >= least || i >= local) && start < i {
+                cells.push(start..i);
+                (start, total) = (i, 0.0);
+            }
+            total += unit.weight;
+            if total >= least || i >= local {
+                cells.push(start..i + 1);
+                (start, total) = (i + 1, 0.0);
+            }
+        }
+        if start < units.len() {
+            cells.push(start..units.len());
+        }
+        let mut of_element = vec![None; emitters.element_weights.len()];
+        for (k, cell) in cells.iter().enumerate() {
+            for element in units[cell.clone()].iter().filter_map(|unit| unit.element) {
+                of_element[element as usize] = Some(k as u32);
+            }
+        }
+        EmissionCells {
+            units,
+            cells,
+            of_element,
+        }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether nothing emits.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// The probability of each cell in unguided emission.
+    pub fn probabilities(&self) -> Vec<f32> {
+        let weight = |cell: &Range<usize>| {
+            let units = &self.units[cell.clone()];
+            units.iter().map(|unit| f64::from(unit.weight)).sum::<f64>()
+        };
+        let weights: Vec<f64> = self.cells.iter().map(weight).collect();
+        let total: f64 = weights.iter().sum();
+        weights.iter().map(|w| (w / total) as f32).collect()
+    }
+
+    /// The emitter that has the largest part of the power of `cell`.
+    pub fn emitter(&self, cell: usize) -> EmitterId {
+        let units = &self.units[self.cells[cell].clone()];
+        let largest = units.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+        largest.map_or(EmitterId::from(0), |unit| unit.emitter)
+    }
+
+    /// The cell of the element at a surface point.
+    pub fn cell_at(&self, emitters: &Emitters, at: SurfaceRef) -> Option<usize> {
+        let element = emitters.elements.index_at(at)?;
+        self.of_element[element].map(|cell| cell as usize)
+    }
+
+    /// A choice within one cell.
+    pub(super) fn choice_within(&self, cell: usize) -> Option<UnitChoice> {
+        let units = self.units[self.cells[cell].clone()].to_vec();
+        let weights: Vec<f32> = units.iter().map(|unit| unit.weight).collect();
+        let choice = Alias::new(&weights)?;
+        Some(UnitChoice { units, choice })
+    }
+
+    /// A choice among all units, in which each cell has the probability that `shares` has for it.
+    pub(super) fn choice(&self, shares: &[f32]) -> Option<UnitChoice> {
+        let mut weights = vec![0.0; self.units.len()];
+        let scales = shares.iter().zip(self.probabilities());
+        for (cell, (share, probability)) in self.cells.iter().zip(scales) {
+            for k in cell.clone() {
+                weights[k] = self.units[k].weight * (share / probability);
+            }
+        }
+        let (units, choice) = (self.units.clone(), Alias::new(&weights)?);
+        Some(UnitChoice { units, choice })
+    }
+}
+
+impl UnitChoice {
+    /// A unit, and its probability.
+    pub(super) fn sample(&self, u: f32) -> (EmissionUnit, f32) {
+        let (index, pmf) = self.choice.sample(u);
+        (self.units[index], pmf)
+    }
+}
+
+/// The elements with power along a Morton curve, so that neighbors in space are neighbors in the
+/// list.
+fn elements_along_curve(emitters: &Emitters) -> Vec<EmissionUnit> {
+    let weights = &emitters.element_weights;
+    let bounds = Aabb::from_points(weights.iter().map(|&(center, _)| center));
+    let edge = bounds.extent().max_element().max(f32::MIN_POSITIVE);
+    let last = ((1 << BITS) - 1) as f32;
+    let mut keyed: Vec<(u32, u32)> = (weights.iter().enumerate())
+        .filter(|&(_, &(_, weight))| weight > 0.0)
+        .map(|(i, &(center, _))| {
+            let q = ((center - bounds.min) / edge * last).clamp(Vec3::ZERO, Vec3::splat(last));
+            (morton([q.x as u32, q.y as u32, q.z as u32]), i as u32)
+        })
+        .collect();
+    keyed.sort_unstable();
+    let unit = |(_, element): (u32, u32)| EmissionUnit {
+        emitter: emitters.elements.element(element as usize).emitter,
+        element: Some(element),
+        weight: weights[element as usize].1,
+    };
+    keyed.into_iter().map(unit).collect()
+}
+
+/// Index of a cell along the three-dimensional Morton curve: the bits of its coordinates in turns.
+fn morton(cell: [u32; 3]) -> u32 {
+    (0..BITS).fold(0, |key, bit| {
+        let axes = cell.iter().zip([2, 1, 0]);
+        axes.fold(key, |key, (x, axis)| {
+            key | (x >> bit & 1) << (3 * bit + axis)
+        })
+    })
+}
