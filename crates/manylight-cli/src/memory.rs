@@ -6,6 +6,7 @@ use crate::output::human_bytes;
 use crate::picture;
 use crate::report::resident_bytes;
 use crate::request::RenderRequest;
+use manylight::emitters::EmissionGuide;
 use manylight::integrators::StageMemory;
 use manylight::render::RenderJob;
 use std::ops::Range;
@@ -58,7 +59,9 @@ pub(crate) fn check_memory(
         at_end,
     } = surroundings;
     let mut stages = vec![scene];
-    let mut of_passes = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
+    let (unguided, passes) = (EmissionGuide::default(), job.budget.passes);
+    let guide = job.guide.unwrap_or(&unguided);
+    let mut of_passes = (job.method).memory(job.scene, guide, passes, sums, job.seed);
     stages.extend(of_passes.drain(..1).filter(|_| sums > 0));
     stages.extend(beside);
     let at_end: Vec<StageMemory> = at_end.into_iter().chain(kept(&of_passes)).collect();

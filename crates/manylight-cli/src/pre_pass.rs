@@ -25,7 +25,7 @@ impl Session {
             return Ok(());
         }
         let method = request.method(self.scene.limits);
-        let Some(lights) = method.lights() else {
+        let (Some(lights), Some(guide)) = (method.lights(), self.guide()) else {
             return Ok(());
         };
         let surroundings = Surroundings {
@@ -38,13 +38,12 @@ impl Session {
         (self.pool).install(|| check_memory(limit, &job, surroundings))?;
         let never = AtomicBool::new(false);
         let pre_pass = self.pool.install(|| {
-            let guide = method.emission_guide(&self.scene);
             let run = PassContext {
                 pass: Pass {
                     seed: request.paths.seed,
                     index: 0,
                 },
-                guide: &guide,
+                guide,
                 stats: &self.stats,
                 cancel: &never,
             };

@@ -6,9 +6,10 @@ use crate::interrupt::Interrupt;
 use crate::repeat::Settings;
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
+use manylight::emitters::EmissionGuide;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::integrators::Choice;
+use manylight::integrators::{Choice, GuidedEmission};
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{Scene, SceneDesc};
 use manylight_denoise::{
@@ -35,6 +36,8 @@ pub struct Session {
     pub(crate) stats: Stats,
     /// What was chosen, by a method that is chosen.
     pub(crate) choice: OnceLock<Choice>,
+    /// The guide of photons, when it is made.
+    pub(crate) guided: OnceLock<GuidedEmission>,
 }
 
 /// A pool of `threads` threads; `None` for one per processor.
@@ -159,7 +162,16 @@ impl Session {
             budget,
             seed: request.paths.seed,
             block,
+            guide: self.guide(),
         }
+    }
+
+    /// The guide of the photons, made when it is needed first; `None` for methods without photons.
+    pub(crate) fn guide(&self) -> Option<&EmissionGuide> {
+        let method = self.request.method(self.scene.limits);
+        let make = || method.guided_emission(&self.scene);
+        let guided = || self.pool.install(|| self.stats.time("photons", make));
+        (method.emits_photons()).then(|| &self.guided.get_or_init(guided).guide)
     }
 
     /// Settings of a render of `job`.
@@ -222,14 +234,17 @@ impl Session {
 
     /// A warning if photons hardly carry the light of an emitter to where it matters.
     fn missed_light(&self) -> Option<String> {
-        let missed = self.stats.missed_light()?;
+        let missed = self.guided.get()?.missed?;
+        if !self.job().method.emits_photons() {
+            return None;
+        }
         let primitives = self.scene.geometry.primitives();
         let first = primitives
             .iter()
             .position(|p| p.emitter == Some(missed.emitter));
         let name = first.map_or("", |first| self.scene.names.of_primitive(first.into()));
         Some(format!(
-            "photons carry only {:.1} % of the light that the emitter of {} sends to the surfaces around what the camera sees, where it is {:.0} % of all direct light: indirect light and caustics of it are noisy or missing; --method path is not affected",
+            "photons carry only {:.1} % of the light that the emitter of {} sends to surfaces near the view, where it is {:.0} % of all direct light: indirect light and caustics of it are noisy or missing; --method path is not affected",
             100.0 * missed.carried,
             shown_path(Path::new(name)),
             100.0 * missed.share

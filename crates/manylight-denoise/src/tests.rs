@@ -163,6 +163,7 @@ fn a_film_is_denoised_with_its_features() {
         budget: Budget::passes(8),
         seed: 1,
         block: DEFAULT_BLOCK,
+        guide: None,
     };
     let features = render_features(&job, 56, &NEVER);
     let features = FeatureImages::from_films(&[&film, &features]);

@@ -1,21 +1,9 @@
 //! Statistics of a render: stage times and counters. Written by many threads; readable at any time,
 //! by progress displays.
 
-use crate::ids::EmitterId;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-
-/// Direct light of an emitter, where gather points look, that photons hardly carry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MissedLight {
-    /// The emitter.
-    pub emitter: EmitterId,
-    /// Its part of all direct light there.
-    pub share: f64,
-    /// The fraction of it that photons carry.
-    pub carried: f64,
-}
 
 /// Counters and stage times of a render.
 #[derive(Debug, Default)]
@@ -46,8 +34,6 @@ pub struct Stats {
     pub unclamped: AtomicU64,
     /// Number of complete tiles in the current pass.
     pub tiles_done: AtomicU64,
-    /// Light that photons miss, as the pre-pass of their emission found.
-    missed_light: Mutex<Option<MissedLight>>,
     /// Number of tiles in the current pass.
     pub tiles: AtomicU64,
     /// Number of complete passes.
@@ -81,20 +67,6 @@ impl Stats {
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
             .clone()
-    }
-
-    /// Keeps what the pre-pass of emission found.
-    pub fn set_missed_light(&self, missed: Option<MissedLight>) {
-        *self.lock_missed_light() = missed;
-    }
-
-    /// Light that photons miss.
-    pub fn missed_light(&self) -> Option<MissedLight> {
-        *self.lock_missed_light()
-    }
-
-    fn lock_missed_light(&self) -> std::sync::MutexGuard<'_, Option<MissedLight>> {
-        (self.missed_light.lock()).unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     /// The counters that add up over parts of a render, with their names.

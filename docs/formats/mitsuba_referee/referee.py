@@ -8,20 +8,20 @@ samples. Other differences are: one of the programs refuses the scene, or ours w
 The exit status is 1 if a difference has no named cause. Needs `pip install mitsuba==3.9.1 numpy`; Mitsuba's variant is scalar_rgb.
 """
 
-import argparse
 import fnmatch
 import multiprocessing
 import re
 import subprocess
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+# What this and the other comparison share stands beside their folders.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 import bsdfs
 import cameras
@@ -31,46 +31,10 @@ import textures
 from files import FILES, bytes_of, chart
 from known import KNOWN
 from notation import Case
+from referee_table import DARK, MAX_Z, MORE, TOLERANCE, Outcome, Picture, arguments, report
 
-#: Differences of means below this fraction are none, and neither are those below so many standard errors.
-TOLERANCE, MAX_Z = 0.01, 3.5
-#: Parts of the picture that are darker than this fraction of its mean are compared relative to that.
-DARK = 0.1
 #: Renders of Mitsuba with different seeds, for its standard error.
 SEEDS = 8
-#: A difference is rendered again with so many times the samples.
-MORE = 4
-
-
-@dataclass
-class Picture:
-    """Means over the picture and over 3 x 3 parts of it, by channel, and their variances."""
-
-    means: np.ndarray
-    variances: np.ndarray
-
-
-@dataclass
-class Outcome:
-    """What the two programs make of a case."""
-
-    case: str
-    #: `agrees`, `differs`, `ours refuses`, `theirs refuses`, `both refuse` or `warns`.
-    verdict: str
-    #: Where they differ most, or a message.
-    detail: str = ""
-    ours: float = float("nan")
-    theirs: float = float("nan")
-    z: float = float("nan")
-    warnings: int = 0
-
-    def row(self, cause: str) -> str:
-        ratio = self.ours / self.theirs if self.theirs else float("nan")
-        cells = [
-            "" if np.isnan(x) else form.format(x)
-            for form, x in (("{:.4g}", self.ours), ("{:.4g}", self.theirs), ("{:.3f}", ratio), ("{:+.1f}", self.z))
-        ]
-        return f"| {self.case} | {self.verdict} | {self.detail} | {' | '.join(cells)} | {cause} |"
 
 
 def all_cases() -> list[Case]:
@@ -206,38 +170,13 @@ def outcomes(cases: list[Case], binary: str, folder: Path, jobs: int) -> Iterato
             yield task.result()
 
 
-def cause_of(outcome: Outcome) -> tuple[str, str]:
-    """Kind and cause of the difference; empty if it has none."""
-    for patterns, kind, cause in KNOWN:
-        if any(fnmatch.fnmatchcase(outcome.case, pattern) for pattern in patterns):
-            silent = kind == "unsupported" and outcome.verdict == "differs" and outcome.warnings != 1
-            return ("", "not supported, but without one warning") if silent else (kind, cause)
-    return "", ""
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("manylight", help="the program, as `cargo build --release` makes it")
-    parser.add_argument("--only", default="*", metavar="PATTERN", help="cases whose names match, such as `rough*`")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="leaves scenes and pictures there")
-    parser.add_argument("--jobs", type=int, default=1, help="cases at a time")
-    parser.add_argument("--all", action="store_true", help="prints the cases that agree, too")
-    args = parser.parse_args()
+    args = arguments(__doc__, "rough*")
     cases = [case for case in all_cases() if fnmatch.fnmatchcase(case.name, args.only)]
-    counts: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as temporary:
         folder = args.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        print("| case | verdict | where | ours | theirs | ratio | z | cause |\n|---|---|---|---|---|---|---|---|")
-        for outcome in outcomes(cases, args.manylight, folder, args.jobs):
-            kind, cause = cause_of(outcome)
-            agrees = outcome.verdict in ("agrees", "both refuse")
-            counts["agree" if agrees else kind or "unnamed"] += 1
-            counts["named, but agree"] += agrees and bool(kind)
-            if not agrees or kind or args.all:
-                print(outcome.row(f"{kind}: {cause}" if kind else cause), flush=True)
-    print(f"\n{len(cases)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.most_common() if count))
-    sys.exit(1 if counts["unnamed"] else 0)
+        report(outcomes(cases, args.manylight, folder, args.jobs), KNOWN, args.all)
 
 
 if __name__ == "__main__":

@@ -74,6 +74,7 @@ pub(super) fn open(
         pool,
         stats,
         choice: OnceLock::new(),
+        guided: OnceLock::new(),
     })
 }
 

@@ -86,6 +86,7 @@ impl HeldScene {
             pool,
             stats,
             choice: OnceLock::new(),
+            guided: OnceLock::new(),
         })
     }
 

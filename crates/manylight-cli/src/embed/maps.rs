@@ -43,14 +43,14 @@ impl Session {
         &self,
         interrupt: &Interrupt,
     ) -> Result<Option<InterimMaps>, Failure> {
-        let MethodKind::ManyLight(lights) = &self.request.kind else {
+        let (MethodKind::ManyLight(lights), Some(guide)) = (&self.request.kind, self.guide())
+        else {
             return Err(no_lights(self.request.paths.method));
         };
         let method = self.request.method(self.scene.limits);
         Ok(self.pool.install(|| {
-            let guide = method.emission_guide(&self.scene);
             let run = PassContext {
-                guide: &guide,
+                guide,
                 pass: Pass {
                     seed: self.request.paths.seed,
                     index: 0,

@@ -51,20 +51,19 @@ pub struct EmissionSample {
 /// value of every estimate stays the same.
 ///
 /// The default guide is unguided emission.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct EmissionGuide {
     infinite: Option<Arc<InfiniteLightGuides>>,
     choice: EmitterChoice,
 }
 
 /// How the emitter of a photon is chosen.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 enum EmitterChoice {
     /// By power, then an element of it by power.
     #[default]
     ByPower,
-    /// By power, that of infinite lights divided by the gain of their guide: guided photons have
-    /// less flux by that factor. Then an element by power.
+    /// By [`EmissionGuide::weights`], then an element by power.
     ByGuidedPower(Option<Alias>),
     /// Among elements and infinite lights.
     Units(UnitChoice),
@@ -104,23 +103,20 @@ impl EmissionGuide {
             see_through: &see_through,
         };
         let guides = prepass.learn_guides(rays());
-        let mut weights: Vec<f32> = emitters
-            .powers
-            .iter()
-            .map(|p| p.selection_weight())
-            .collect();
-        for (emitter, gain) in emitters.infinite.gains(&guides) {
-            weights[emitter.index()] /= gain;
-        }
-        EmissionGuide {
+        let guide = EmissionGuide {
             infinite: Some(Arc::new(guides)),
-            choice: EmitterChoice::ByGuidedPower(Alias::new(&weights)),
+            choice: EmitterChoice::ByPower,
+        };
+        let choice = Alias::new(&guide.weights(emitters));
+        EmissionGuide {
+            choice: EmitterChoice::ByGuidedPower(choice),
+            ..guide
         }
     }
 
     /// The cells among which [`EmissionGuide::with_shares`] divides the photons.
     pub fn cells(&self, emitters: &Emitters) -> EmissionCells {
-        EmissionCells::new(emitters, |id| self.infinite_weight(emitters, id))
+        EmissionCells::new(emitters, &self.weights(emitters))
     }
 
     /// This guide with emission from one cell alone: photons have the flux of that cell. `None`
@@ -143,13 +139,17 @@ impl EmissionGuide {
         }
     }
 
-    /// In proportion to the probability of an infinite light in unguided emission.
-    pub(super) fn infinite_weight(&self, emitters: &Emitters, id: EmitterId) -> f32 {
-        let gain = self.infinite.as_ref().and_then(|guides| {
-            let mut gains = emitters.infinite.gains(guides);
-            gains.find_map(|(emitter, gain)| (emitter == id).then_some(gain))
-        });
-        emitters.powers[id.index()].selection_weight() / gain.unwrap_or(1.0)
+    /// By emitter, in proportion to its probability by power. Guided photons of infinite lights have
+    /// less flux by the gain of their guide.
+    fn weights(&self, emitters: &Emitters) -> Vec<f32> {
+        let powers = emitters.powers.iter();
+        let mut weights: Vec<f32> = powers.map(|p| p.selection_weight()).collect();
+        if let Some(guides) = &self.infinite {
+            for (emitter, gain) in emitters.infinite.gains(guides) {
+                weights[emitter.index()] /= gain;
+            }
+        }
+        weights
     }
 
     /// Chooses an emitter and an element of it.

@@ -4,7 +4,8 @@
 use super::Emitters;
 use crate::geometry::SurfaceRef;
 use crate::ids::EmitterId;
-use crate::math::{Aabb, Vec3};
+use crate::math::Aabb;
+use crate::math::hilbert::HilbertCurve;
 use crate::sampling::alias::Alias;
 use std::ops::Range;
 
@@ -12,8 +13,6 @@ use std::ops::Range;
 /// many cells as its inverse, and the infinite lights. Not measured: smaller cells separate more
 /// emitters, and leave fewer paths of the pre-pass to each.
 const CELL_POWER: f32 = 1.0 / 64.0;
-/// Bits per axis of a position on the curve along which elements are grouped.
-const BITS: u32 = 10;
 
 /// What emission chooses first: an element, or an infinite light.
 #[derive(Clone, Copy, Debug)]
@@ -35,22 +34,21 @@ pub struct EmissionCells {
 }
 
 /// A choice among elements and infinite lights.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct UnitChoice {
     units: Vec<EmissionUnit>,
     choice: Alias,
 }
 
 impl EmissionCells {
-    /// Cells of `emitters`; `weight` is that of an infinite light, in proportion to the weights of
-    /// elements.
-    pub(super) fn new(emitters: &Emitters, weight: impl Fn(EmitterId) -> f32) -> Self {
+    /// Cells of `emitters`, which have these `weights` in unguided emission.
+    pub(super) fn new(emitters: &Emitters, weights: &[f32]) -> Self {
         let mut units = elements_along_curve(emitters);
         let local = units.len();
         let infinite = emitters.infinite.powers().map(|(emitter, _)| EmissionUnit {
             emitter,
             element: None,
-            weight: weight(emitter),
+            weight: weights[emitter.index()],
         });
         units.extend(infinite.filter(|unit| unit.weight > 0.0));
         let least = CELL_POWER * units.iter().map(|unit| unit.weight).sum::<f32>();
@@ -147,35 +145,21 @@ impl UnitChoice {
     }
 }
 
-/// The elements with power along a Morton curve, so that neighbors in space are neighbors in the
+/// The elements with power along a Hilbert curve, so that neighbors in space are neighbors in the
 /// list.
 fn elements_along_curve(emitters: &Emitters) -> Vec<EmissionUnit> {
     let weights = &emitters.element_weights;
-    let bounds = Aabb::from_points(weights.iter().map(|&(center, _)| center));
-    let edge = bounds.extent().max_element().max(f32::MIN_POSITIVE);
-    let last = ((1 << BITS) - 1) as f32;
-    let mut keyed: Vec<(u32, u32)> = (weights.iter().enumerate())
+    let centers = weights.iter().map(|&(center, _)| center);
+    let curve = HilbertCurve::through(Aabb::from_points(centers));
+    let mut keyed: Vec<(u64, u32)> = (weights.iter().enumerate())
         .filter(|&(_, &(_, weight))| weight > 0.0)
-        .map(|(i, &(center, _))| {
-            let q = ((center - bounds.min) / edge * last).clamp(Vec3::ZERO, Vec3::splat(last));
-            (morton([q.x as u32, q.y as u32, q.z as u32]), i as u32)
-        })
+        .map(|(i, &(center, _))| (curve.index(center), i as u32))
         .collect();
     keyed.sort_unstable();
-    let unit = |(_, element): (u32, u32)| EmissionUnit {
+    let unit = |(_, element): (u64, u32)| EmissionUnit {
         emitter: emitters.elements.element(element as usize).emitter,
         element: Some(element),
         weight: weights[element as usize].1,
     };
     keyed.into_iter().map(unit).collect()
-}
-
-/// Index of a cell along the three-dimensional Morton curve: the bits of its coordinates in turns.
-fn morton(cell: [u32; 3]) -> u32 {
-    (0..BITS).fold(0, |key, bit| {
-        let axes = cell.iter().zip([2, 1, 0]);
-        axes.fold(key, |key, (x, axis)| {
-            key | (x >> bit & 1) << (3 * bit + axis)
-        })
-    })
 }

@@ -124,9 +124,9 @@ impl TileSamples<'_> {
         }
     }
 
-    /// Replaces the value `x` of each layer by `(1 - w) x + w y`: `y` is the mean of `samples`
-    /// samples, whose sums `other` holds, and `w` the weight of the layer. The weight of ids is
-    /// `id_weight`. The beauty becomes the sum of its terms.
+    /// Replaces the value `x` of each layer by `(1 - w) x + w y`, with `w = weight(layer)`. `other`
+    /// contains sums over `samples` samples, and `y` is their mean. For ids, `w` is `id_weight`. The
+    /// beauty becomes the sum of its terms.
     ///
     /// # Panics
     /// If `other` has other layers.

@@ -28,6 +28,7 @@ use super::method::{Method, MethodKind};
 use super::photon_map::Estimate;
 use crate::bsdf::Lobes;
 use crate::emitters::{EmissionCells, EmissionGuide};
+use crate::ids::EmitterId;
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_within};
 use crate::maps::{KdTree, Neighbors};
 use crate::particles::{
@@ -36,7 +37,6 @@ use crate::particles::{
 };
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
-use crate::stats::MissedLight;
 use rayon::prelude::*;
 
 /// Photon paths of the pre-pass, divided among the cells. Not measured: the pre-pass takes about
@@ -55,7 +55,7 @@ const LEAST_GAIN: f64 = 1.25;
 /// Largest importance that counts, relative to the mean of all photons that reach any: a photon
 /// beside the camera must not decide. Not measured.
 const MAX_RELATIVE_IMPORTANCE: f64 = 8.0;
-/// Importons whose bandwidths set the largest one.
+/// Importons that are sampled for the largest bandwidth.
 const BANDWIDTH_SAMPLES: usize = 512;
 /// Fraction of these bandwidths that are smaller than the largest one: photons farther away have
 /// reached no surface that matters.
@@ -69,8 +69,20 @@ const MISSED: f64 = 0.1;
 /// Fraction of all direct light from which on the light of an emitter is missed. Not measured.
 const LEAST_SHARE: f64 = 0.1;
 
-/// A guide for the emission of photons, and what its pre-pass found.
-#[derive(Debug)]
+/// Direct light of an emitter, where gather points look, that photons hardly carry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MissedLight {
+    /// The emitter.
+    pub emitter: EmitterId,
+    /// Its part of all direct light there.
+    pub share: f64,
+    /// The fraction of it that photons carry.
+    pub carried: f64,
+}
+
+/// A guide for the emission of photons, and what its pre-pass found. The default one is that of
+/// methods without photons.
+#[derive(Debug, Default)]
 pub struct GuidedEmission {
     /// The guide.
     pub guide: EmissionGuide,
@@ -80,13 +92,16 @@ pub struct GuidedEmission {
 
 impl Method {
     /// The guide for the emission of photons. It takes a pre-pass to compute, so make it once per
-    /// render.
+    /// render: [`RenderJob::guide`](crate::render::RenderJob).
     pub fn emission_guide(&self, scene: &Scene) -> EmissionGuide {
         self.guided_emission(scene).guide
     }
 
     /// [`Method::emission_guide`] with what its pre-pass found.
     pub fn guided_emission(&self, scene: &Scene) -> GuidedEmission {
+        if !self.emits_photons() {
+            return GuidedEmission::default();
+        }
         let guide = scene.emission_guide();
         let counted = match &self.kind {
             // Every photon is connected with the camera.
@@ -95,7 +110,7 @@ impl Method {
             _ => CountedPhotons::Indirect,
         };
         let cells = guide.cells(&scene.emitters);
-        if cells.is_empty() || !self.emits_photons() {
+        if cells.is_empty() {
             let missed = None;
             return GuidedEmission { guide, missed };
         }
@@ -110,7 +125,7 @@ impl Method {
     }
 }
 
-/// The photons at gather points whose light the method shows.
+/// Photons at gather points that contribute to the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CountedPhotons {
     /// Those with a specular last event. Virtual lights, or photons that come from another surface,

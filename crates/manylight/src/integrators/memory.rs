@@ -38,10 +38,11 @@ const GLOSSY_PREFERENCE: f64 = 1.5;
 impl Method {
     /// Memory of a render of `passes` passes, or of one without end, stage by stage. `sums` is the
     /// number of sums over passes that are held at once: see [`Film::bytes_for`]. Traces some
-    /// photons.
+    /// photons by `guide`, which is that of the render.
     pub fn memory(
         &self,
         scene: &Scene,
+        guide: &EmissionGuide,
         passes: Option<u32>,
         sums: usize,
         seed: u64,
@@ -58,16 +59,13 @@ impl Method {
             stage: "film",
             bytes: film,
         }];
+        let probes = Probes { scene, guide, seed };
         match &self.kind {
             MethodKind::ManyLight(method) | MethodKind::Mixed(Mixed { lights: method, .. }) => {
                 let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
-                let guide = &self.emission_guide(scene);
-                let probes = Probes { scene, guide, seed };
                 stages.extend(of_many_light(method, probes, self.limits, last));
             }
             MethodKind::PhotonMap(method) => {
-                let guide = &self.emission_guide(scene);
-                let probes = Probes { scene, guide, seed };
                 stages.push(of_photon_map(method, probes, self.limits));
             }
             _ => {}

@@ -1,10 +1,12 @@
-//! Vectors (from `glam`), boxes, frames, cones, octahedral maps and small numeric helpers.
+//! Vectors (from `glam`), boxes, frames, cones, octahedral maps, a space-filling curve and small
+//! numeric helpers.
 
 pub mod aabb;
 pub mod bits;
 pub mod cone;
 pub mod float;
 pub mod frame;
+pub(crate) mod hilbert;
 pub mod octahedral;
 pub mod prefetch;
 

@@ -7,6 +7,7 @@ use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer}
 use crate::sampling::Pass;
 use crate::scene::Scene;
 use crate::stats::Stats;
+use std::borrow::Cow;
 use std::num::NonZeroU32;
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,6 +42,9 @@ pub struct RenderJob<'s> {
     /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP).
     /// Another number rounds otherwise.
     pub block: NonZeroU32,
+    /// The guide that [`Method::emission_guide`] gives for the scene and the method. If `None`, a
+    /// render of photons makes it.
+    pub guide: Option<&'s EmissionGuide>,
 }
 
 /// Watches a render. `()` is an observer that does nothing.
@@ -93,6 +97,7 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
         budget,
         seed,
         block: DEFAULT_BLOCK,
+        guide: None,
     };
     let never = AtomicBool::new(false);
     render(&job, &Stats::default(), &never, &mut ()).film
@@ -173,18 +178,15 @@ pub fn render_blocks(
 struct Passes<'j, 's> {
     seed: u64,
     renderer: Renderer<'s>,
-    guide: EmissionGuide,
+    guide: Cow<'j, EmissionGuide>,
     stats: &'j Stats,
 }
 
 impl<'j, 's> Passes<'j, 's> {
     fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
-        let guide = if job.method.emits_photons() {
-            let guided = stats.time("photons", || job.method.guided_emission(job.scene));
-            stats.set_missed_light(guided.missed);
-            guided.guide
-        } else {
-            EmissionGuide::default()
+        let guide = match job.guide {
+            Some(guide) => Cow::Borrowed(guide),
+            None => Cow::Owned(stats.time("photons", || job.method.emission_guide(job.scene))),
         };
         Passes {
             seed: job.seed,

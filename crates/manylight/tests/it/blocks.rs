@@ -37,6 +37,7 @@ fn job(scene: &Scene, kind: MethodKind) -> RenderJob<'_> {
         budget: Budget::passes(PASSES),
         seed: 3,
         block: NonZeroU32::new(BLOCK_STEP).unwrap(),
+        guide: None,
     }
 }
 

@@ -91,6 +91,7 @@ pub(crate) fn film_with(
         budget: Budget::passes(passes),
         seed,
         block: DEFAULT_BLOCK,
+        guide: None,
     };
     render(&job, &Stats::default(), &AtomicBool::new(false), &mut ()).film
 }

@@ -511,7 +511,7 @@ fn an_emitter_of_no_opacity_lights_without_being_seen() {
     for (light, alpha, expected) in [
         ("\"rgb L\" [ 4 4 4 ]", "\"float alpha\" 0", 4.0),
         ("\"rgb L\" [ 4 4 4 ]", "\"texture alpha\" \"z\"", 4.0),
-        // The power of the opaque surface, whose area is 4.
+        // The power of the opaque surface: its area is 4.
         ("\"float power\" 8", "\"float alpha\" 0", 2.0 / PI),
     ] {
         let text = format!("{zero} AreaLightSource \"diffuse\" {light} {quad} {alpha}");

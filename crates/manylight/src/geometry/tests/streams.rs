@@ -33,7 +33,6 @@ fn crowded() -> Geometry {
         placed(1, enlarged()),
         Primitive {
             transparent: true,
-            invisible: false,
             ..placed(1, Affine3A::from_scale(Vec3::splat(1.4)))
         },
         placed(0, Affine3A::from_translation(Vec3::new(3.0, 0.0, 0.0))),

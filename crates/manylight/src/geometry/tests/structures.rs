@@ -23,7 +23,6 @@ pub(super) fn mixed() -> Geometry {
         );
         Primitive {
             transparent: i.is_multiple_of(3),
-            invisible: false,
             ..placed((i % 5) as u32, transform)
         }
     };

@@ -51,7 +51,7 @@ const EVEN: f64 = 1.3;
 /// slower with the size of the picture than other noise. The ratio of the errors of `rich-vpl` and
 /// path tracing after 4 passes, at 256x144 and against references, over that of pictures of 64x36 is
 /// 1.0 in the living-room, 1.1 in the classroom, 1.3 in veach-mis, 1.5 in staircase2, 1.9 in
-/// veach-ajar, and 3 in the third-party kitchen, whose reference lacks light.
+/// veach-ajar, and 3 in the third-party kitchen, where the reference has fireflies.
 const SHARED_NOISE: f64 = 1.4;
 /// Passes after which errors are compared: noise has fallen by this factor, while light that path
 /// samples miss is missed still. Ratio of the errors of `rich-vpl` and path tracing that are

@@ -4,7 +4,7 @@ use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, ShadedPixels, Tiling};
 use crate::image::Image;
 use crate::integrators::context::PassContext;
-use crate::integrators::many_light::EFFORT_LAYERS;
+use crate::integrators::many_light::{DARK, EFFORT_LAYERS};
 use crate::integrators::path::sums_of_samples;
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
@@ -12,7 +12,7 @@ use crate::stats::Stats;
 
 /// Groups of path samples.
 const GROUPS: usize = 4;
-/// Path samples whose shadow rays are counted.
+/// Path samples per pixel for the count of shadow rays.
 const COUNTED_SAMPLES: u32 = 2;
 /// Changes the seed of the path samples.
 const SEED: u64 = 0xc401_ce00_5eed;
@@ -21,25 +21,10 @@ const TILING: Tiling = Tiling {
     edge: 16,
     ..Tiling::OF_STREAMS
 };
-/// Edge of the blocks of pixels whose means count if a filter follows.
+/// Edge of a block, in pixels. If a filter follows, variances are those of means over blocks.
 const BLOCK: usize = 4;
 /// Fraction of the largest values that do not count: rare bright samples must not decide.
 const TRIMMED: f64 = 0.02;
-/// Squared radiance, relative to that of the mean of the picture, below which errors count as
-/// absolute, as in relMSE.
-const DARK: f64 = 0.01;
-/// The layers of the path samples: those of the passes by virtual lights come first.
-const PATH_LAYERS: [Layer; EFFORT_LAYERS.len() + 2] = {
-    let mut layers = [Layer::Albedo; EFFORT_LAYERS.len() + 2];
-    let mut l = 0;
-    while l < EFFORT_LAYERS.len() {
-        layers[l] = EFFORT_LAYERS[l];
-        l += 1;
-    }
-    layers[EFFORT_LAYERS.len() + 1] = Layer::Normal;
-    layers
-};
-
 /// A picture to be filtered, with features that are nearly free of noise.
 #[derive(Clone, Debug)]
 pub struct FilterInput {
@@ -87,10 +72,11 @@ impl PrePass {
         samples: u32,
     ) -> Self {
         let per_group = samples.div_ceil(2);
+        let layers = [&EFFORT_LAYERS[..], &[Layer::Albedo, Layer::Normal]].concat();
         let groups: [ShadedPixels; GROUPS] = std::array::from_fn(|g| {
             let seed = (run.pass.seed ^ SEED).wrapping_add(g as u64);
             let passes = (0..per_group).map(|index| Pass { seed, index });
-            let layers = (PATH_LAYERS.as_slice(), [].as_slice());
+            let layers = (layers.as_slice(), [].as_slice());
             sums_of_samples(scene, run, (pixels, TILING), layers, passes)
         });
         let size = pixels.size().as_usizevec2();

@@ -59,7 +59,7 @@ const LEAST_SPACING: u32 = 4;
 const MAX_RELATIVE_VARIANCE: f64 = 1.0;
 /// Squared radiance, relative to that of the mean of the image, below which variances count as
 /// absolute, as in relMSE.
-const DARK: f64 = 0.01;
+pub(in crate::integrators) const DARK: f64 = 0.01;
 /// Layers that the pre-pass records.
 pub(in crate::integrators) const LAYERS: [Layer; 6] = [
     Layer::Beauty,
@@ -128,6 +128,37 @@ fn cycles(effort: &ManyLight) -> f64 {
         + CAMERA_PATH_CYCLES * f64::from(effort.camera_paths)
 }
 
+/// A pass by the lights of a method, with other random numbers than those of the render's passes.
+struct MeasuredPass<'s, 'r> {
+    run: PassContext<'r>,
+    prepared: PreparedPasses<'s>,
+}
+
+impl<'s, 'r> MeasuredPass<'s, 'r> {
+    /// Pass `index` of the pre-pass.
+    fn new(
+        method: &ManyLight,
+        (scene, limits): (&'s Scene, PathLimits),
+        run: &PassContext<'r>,
+        index: u32,
+    ) -> Self {
+        let seed = !run.pass.seed;
+        let run = run.with_pass(Pass { seed, index });
+        let group = PassGroup::single_pass(method, index);
+        let prepared = method.prepare(scene, limits, &group, &run);
+        MeasuredPass { run, prepared }
+    }
+
+    /// The layers [`LAYERS`] of `pixels`.
+    fn shade(&self, method: &ManyLight, pixels: &FilmSampler) -> ShadedPixels {
+        let layers = (LAYERS.as_slice(), [].as_slice());
+        let tiling = tiling(method, self.run.pass);
+        shaded_pixels(pixels.size(), tiling, layers, |samples| {
+            self.prepared.shade_tile(&self.run, pixels, samples);
+        })
+    }
+}
+
 /// Pictures by two passes with independent virtual lights, for a choice between methods.
 pub(in crate::integrators) struct LightPictures {
     /// The layers [`LAYERS`] of the pictures.
@@ -159,16 +190,8 @@ impl LightPictures {
         };
         let before = Stats::get(&run.stats.shadow_rays);
         let pictures = [0, 1].map(|index| {
-            // Other numbers than those of the render's passes.
-            let seed = !run.pass.seed;
-            let run = run.with_pass(Pass { seed, index });
-            let group = PassGroup::single_pass(&shaded, index);
-            let prepared = shaded.prepare(scene, limits, &group, &run);
-            let layers = (LAYERS.as_slice(), [].as_slice());
-            let tiling = tiling(&shaded, run.pass);
-            shaded_pixels(pixels.size(), tiling, layers, |samples| {
-                prepared.shade_tile(&run, pixels, samples);
-            })
+            let pass = MeasuredPass::new(&shaded, (scene, limits), run, index);
+            pass.shade(&shaded, pixels)
         });
         let shadow_rays = (Stats::get(&run.stats.shadow_rays) - before) as f64;
         let [a, b] = &pictures;
@@ -312,22 +335,10 @@ fn term_variances<const N: usize>(
     // Whichever pass comes first in this run.
     let pixels = sparse_pixels(scene, run.at_pass(0).pass);
     let [a, b] = [0, 1].map(|index| {
-        // Other numbers than those of the render's passes.
-        let seed = !run.pass.seed;
-        let run = PassContext {
-            pass: Pass { seed, index },
-            ..*run
-        };
-        let group = PassGroup::single_pass(method, index);
-        let mut prepared = method.prepare(scene, limits, &group, &run);
+        let mut pass = MeasuredPass::new(method, (scene, limits), run, index);
         variants.each_ref().map(|variant| {
-            variant(&mut prepared);
-            let layers = (LAYERS.as_slice(), [].as_slice());
-            let tiling = tiling(method, run.pass);
-            let shaded = shaded_pixels(pixels.size(), tiling, layers, |samples| {
-                prepared.shade_tile(&run, &pixels, samples);
-            });
-            shaded.values
+            variant(&mut pass.prepared);
+            pass.shade(method, &pixels).values
         })
     });
     std::array::from_fn(|k| variances(&a[k], &b[k]))

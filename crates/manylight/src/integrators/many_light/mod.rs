@@ -39,7 +39,7 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub(super) use effort::{LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
+pub(super) use effort::{DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use lights::DARKEST_PIXEL;
 pub use passes::PreparedPasses;
