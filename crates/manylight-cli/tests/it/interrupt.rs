@@ -90,7 +90,8 @@ fn an_interrupted_image_is_denoised() {
 #[test]
 fn the_second_signal_ends_at_once_and_leaves_nothing() {
     let folder = Folder::new(BOX);
-    let words = "render scene.xml --size 640x480 -n 20000 --photons 40000 -o a.exr";
+    // The first pass lasts long enough for both signals.
+    let words = "render scene.xml -m rich-vpl --size 640x480 -n 20000 --photons 40000 -o a.exr";
     let (mut child, mut stderr) = start(&folder, &format!("{words} -v --progress plain"));
     wait_for(&mut stderr, "loading");
     send("-INT", &child);
