@@ -20,7 +20,7 @@ import dask  # noqa: E402
 
 import manylight as ml  # noqa: E402
 from manylight.distributed import render  # noqa: E402
-from manylight.distributed.cluster import check_workers  # noqa: E402
+from manylight.distributed.cluster import Cluster, check_workers  # noqa: E402
 from manylight.distributed.folder import Folder  # noqa: E402
 from manylight.distributed.rounds import Progress, next_round  # noqa: E402
 from manylight.distributed.settings import goal_of  # noqa: E402
@@ -559,6 +559,22 @@ def test_a_part_that_cannot_be_written_is_tried_again(scene, two, tmp_path):
 def answers(**changes):
     common = {"version": ml.__version__, "instruction_set": "avx2", "host": "a", "sees_folder": True}
     return {"tcp://a:1": common, "tcp://b:2": {**common, "host": "b", **changes}}
+
+
+def test_a_worker_that_leaves_while_it_is_asked_is_asked_again(two, tmp_path, monkeypatch):
+    run = distributed.Client.run
+    asked = []
+
+    def run_closed_once(client, *args, **options):
+        found = run(client, *args, **options)
+        asked.append(dict(found))
+        if len(asked) == 1:
+            found[next(iter(found))] = distributed.comm.CommClosedError("closed")
+        return found
+
+    monkeypatch.setattr(distributed.Client, "run", run_closed_once)
+    Cluster(two, Folder(tmp_path, {}), "topic", lambda message: None).close()
+    assert [len(answers) for answers in asked] == [2, 2]
 
 
 def test_workers_that_differ(tmp_path):

@@ -18,6 +18,9 @@ log = logging.getLogger("manylight.distributed")
 _LOOK_EVERY = 1.0
 #: Looks take at most this fraction of the time of the driver; they are long for a thousand workers.
 _LOOK_SHARE = 0.02
+#: Seconds for which a worker is asked again whose connection was closed before it answered. Workers leave and come back after the
+#: loss of a scheduler.
+_ANSWER_WITHIN = 10.0
 #: Seconds between two warnings that there is no worker.
 _WARN_EVERY = 30.0
 #: What a call to a scheduler raises that is gone.
@@ -42,17 +45,26 @@ class Cluster:
 
     def _admit(self) -> None:
         """Checks all workers, and lets them take shares. Again for a scheduler that was started anew."""
-        while not self.client.nthreads():
-            self._warn_of_no_workers()
-            time.sleep(_LOOK_EVERY)
         folder = str(self._folder.path)
-        expected = check_workers(self.client.run(probe, folder, on_error="return"), self._folder)
+        expected = check_workers(self._answers(folder), self._folder)
         self._folder.claim("workers", expected)
         self._scheduler = self._scheduler_id()
         self.client.register_plugin(Admission(folder, expected))
         self.client.subscribe_topic(self.topic, self._hear)
         self._next_look = float("-inf")
         self.look()
+
+    def _answers(self, folder: str) -> dict[str, Any]:
+        """What the workers answer to `probe`, at least one. A worker that leaves meanwhile is asked again, if it comes back."""
+        give_up = time.monotonic() + _ANSWER_WITHIN
+        while True:
+            found = self.client.run(probe, folder, on_error="return")
+            has_left = any(isinstance(answer, GONE) for answer in found.values())
+            if found and (not has_left or time.monotonic() > give_up):
+                return found
+            if not found:
+                self._warn_of_no_workers()
+            time.sleep(_LOOK_EVERY)
 
     def _scheduler_id(self) -> str:
         return self.client.scheduler_info(n_workers=0)["id"]
