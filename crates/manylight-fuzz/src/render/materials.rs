@@ -129,6 +129,7 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
             eta: numbers.float(0.5, 2.0),
             specular_reflectance: color_input(numbers, textures, 1.0),
             specular_transmittance: color_input(numbers, textures, 1.0),
+            roughness: roughness(numbers, textures),
         },
         6 => Material::Plastic {
             eta: numbers.float(1.0, 2.0),

@@ -73,7 +73,8 @@ pub enum Material {
         /// `None`: smooth.
         roughness: Option<Roughness>,
     },
-    /// A thin dielectric pane. Transmission is straight through, without refraction.
+    /// A thin dielectric pane. Transmission is without refraction: straight through, or where the
+    /// pane is rough, by the lobe of the reflection, mirrored at the surface.
     ThinDielectric {
         /// Interior over exterior index of refraction.
         eta: f32,
@@ -81,6 +82,8 @@ pub enum Material {
         specular_reflectance: ColorInput,
         /// Factor of the transmission.
         specular_transmittance: ColorInput,
+        /// `None`: smooth.
+        roughness: Option<Roughness>,
     },
     /// A dielectric coat over a diffuse base; smooth without `roughness`.
     Plastic {
@@ -264,12 +267,12 @@ impl Material {
     pub(crate) fn floats(&self) -> Vec<&FloatInput> {
         match self {
             Material::RoughDiffuse { alpha, .. } => vec![alpha],
-            Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => {
-                roughness
-                    .iter()
-                    .flat_map(|r| [&r.alpha_u, &r.alpha_v])
-                    .collect()
-            }
+            Material::Conductor { roughness, .. }
+            | Material::Dielectric { roughness, .. }
+            | Material::ThinDielectric { roughness, .. } => roughness
+                .iter()
+                .flat_map(|r| [&r.alpha_u, &r.alpha_v])
+                .collect(),
             Material::Substrate { roughness, .. } => vec![&roughness.alpha_u, &roughness.alpha_v],
             Material::Phong { exponent, .. } => vec![exponent],
             Material::Ward {
@@ -310,19 +313,17 @@ impl Material {
             Material::Mask { opacity, .. } => vec![opacity],
             Material::Diffuse { .. }
             | Material::Sum { .. }
-            | Material::ThinDielectric { .. }
             | Material::Plastic { .. }
             | Material::Null
             | Material::TwoSided { .. }
-            | Material::BumpMap { .. }
-            | Material::NormalMap { .. } => Vec::new(),
+            | Material::BumpMap { .. } => Vec::new(),
         }
     }
 }
 
 /// The tangent-space direction of the second component of a normal map. The first one is that of
 /// dp_du.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bitangent {
     /// n x s for the tangent s, as in Mitsuba, on mirrored texture coordinates too.
     RightHanded,

@@ -97,6 +97,7 @@ models! {
     SmoothDielectric(dielectric::SmoothDielectric<S>),
     RoughDielectric(dielectric::RoughDielectric<S>),
     ThinDielectric(thin_dielectric::ThinDielectric<S>),
+    RoughThinDielectric(thin_dielectric::RoughThinDielectric<S>),
     Plastic(plastic::Plastic<S>),
     RoughPlastic(plastic::RoughPlastic<'s, S>),
     Phong(phong::Phong<S>),
