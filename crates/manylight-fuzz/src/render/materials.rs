@@ -62,6 +62,15 @@ fn roughness(numbers: &mut Numbers, textures: usize) -> Option<Roughness> {
     })
 }
 
+fn bitangent(numbers: &mut Numbers, textures: usize) -> Bitangent {
+    let sign = float_input(numbers, textures, 1.0);
+    numbers.choose(&[
+        Bitangent::RightHanded,
+        Bitangent::AgainstV,
+        Bitangent::Signed(sign),
+    ])
+}
+
 /// One of `count` materials, in which others may be nested.
 fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
     match numbers.below(20) {
@@ -88,7 +97,7 @@ fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
         19 if textures > 0 => Material::NormalMap {
             texture: TextureId::from(numbers.index(textures)),
             scale: numbers.float(-2.0, 2.0),
-            bitangent: numbers.choose(&[Bitangent::RightHanded, Bitangent::AgainstV]),
+            bitangent: bitangent(numbers, textures),
             inner: MaterialId::from(numbers.index(count)),
         },
         _ => Material::default(),

@@ -331,6 +331,7 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
         match bitangent {
             Bitangent::AgainstV => is_mirrored.select(-1.0, 1.0),
             Bitangent::RightHanded => x.offset.same(1.0),
+            Bitangent::Signed(sign) => self.at.float(&sign).sign(),
         }
     }
 

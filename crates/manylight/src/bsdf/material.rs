@@ -310,6 +310,11 @@ impl Material {
                 below.iter().map(|below| &below.coat).collect()
             }
             Material::Blend { weight, .. } => vec![weight],
+            Material::NormalMap {
+                bitangent: Bitangent::Signed(sign),
+                ..
+            } => vec![sign],
+            Material::NormalMap { .. } => Vec::new(),
             Material::Mask { opacity, .. } => vec![opacity],
             Material::Diffuse { .. }
             | Material::Sum { .. }
@@ -330,6 +335,9 @@ pub enum Bitangent {
     /// The side to which v decreases, as in MikkTSpace with v = 1 at the top. Where v = 0 is the
     /// top row and texture coordinates are not mirrored, this is n x s too.
     AgainstV,
+    /// n x s, or the opposite where this number is negative, as by the fourth component of tangents
+    /// in glTF.
+    Signed(FloatInput),
 }
 
 /// Normalization of the Ward model.

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::images::Content;
 use super::json::Json;
 use super::textures::{Textures, VertexInputs};
-use manylight::bsdf::Material;
+use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::texture::{ColorInput, FloatInput};
@@ -41,6 +41,8 @@ pub(super) struct MaterialReader<'a, 'm> {
     pub(super) vertices: &'m VertexInputs<'m>,
     pub(super) list: &'m mut Vec<Material>,
     pub(super) textures: &'m mut Textures,
+    /// The bitangent of normal textures.
+    pub(super) bitangent: Bitangent,
 }
 
 impl<'a> MaterialReader<'a, '_> {

@@ -6,6 +6,7 @@ use super::super::parameters::Numbers;
 use super::document::Document;
 use super::images::{Content, ImageUses};
 use super::json::Json;
+use manylight::bsdf::Bitangent;
 use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::math::{Mat3, Vec2, Vec3};
@@ -25,6 +26,18 @@ pub(super) struct VertexInputs<'m> {
     pub(super) scale: f32,
     /// Whether the primitive is the whole surface of a body, if its material absorbs light within.
     pub(super) is_body: bool,
+    pub(super) bitangents: &'m Bitangents,
+}
+
+/// The sides to which the second component of normal textures points.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Bitangents {
+    /// Against v.
+    ByTextureCoordinates,
+    /// n x t times this sign.
+    OneSign(f32),
+    /// n x t times the signs of the vertices.
+    Signs(Vec<f32>),
 }
 
 /// All textures of a scene.
@@ -134,6 +147,20 @@ impl Textures {
         let triangles = vertices.triangles.to_vec();
         let colors = Texture::VertexColors(VertexValues { triangles, values });
         Some(ColorInput::Texture(add(&mut self.list, colors)))
+    }
+
+    /// The bitangent of the normal textures of a primitive.
+    pub(super) fn bitangent(&mut self, vertices: &VertexInputs<'_>) -> Bitangent {
+        let signs = match vertices.bitangents {
+            Bitangents::ByTextureCoordinates => return Bitangent::AgainstV,
+            Bitangents::OneSign(sign) => return Bitangent::Signed(FloatInput::Constant(*sign)),
+            Bitangents::Signs(signs) => signs,
+        };
+        let signs = Texture::VertexColors(VertexValues {
+            triangles: vertices.triangles.to_vec(),
+            values: signs.iter().map(|sign| Rgb::splat(*sign)).collect(),
+        });
+        Bitangent::Signed(FloatInput::Texture(add(&mut self.list, signs)))
     }
 
     /// The product of two colors.

@@ -712,6 +712,18 @@ fn tilts() -> Vec<Named> {
             ],
         ),
         (
+            "normal_map_left_handed",
+            vec![
+                diffuse(),
+                Material::NormalMap {
+                    texture: TextureId(0),
+                    scale: 1.0,
+                    bitangent: Bitangent::Signed(float(-0.5)),
+                    inner: MaterialId(0),
+                },
+            ],
+        ),
+        (
             "normal_map_anisotropic",
             vec![copper(rough(Ggx, 0.15, 0.4)), mapped(0)],
         ),
@@ -756,7 +768,7 @@ fn all_cases() -> Vec<Case> {
         .map(|(name, materials)| {
             let mild = matches!(
                 name,
-                "normal_map" | "normal_map_glass" | "normal_map_plastic"
+                "normal_map" | "normal_map_left_handed" | "normal_map_glass" | "normal_map_plastic"
             );
             let normal = if mild {
                 tilt(0.65, 0.4, 0.9)
