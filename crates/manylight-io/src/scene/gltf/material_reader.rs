@@ -75,23 +75,16 @@ impl<'a> MaterialReader<'a, '_> {
         factor: f32,
         mode: &str,
     ) -> ColorInput {
-        let visible = |is_visible: bool| {
-            ColorInput::Constant(if is_visible { Rgb::WHITE } else { Rgb::BLACK })
-        };
         match mode {
-            "OPAQUE" => visible(true),
+            "OPAQUE" => WHITE,
             "MASK" => {
                 let cutoff = self.json.float("alphaCutoff", 0.5);
+                let texture = self.texture(json, texture, Content::Opacity);
+                let mut opacity = as_color(self.textures.scaled(factor, texture));
                 if let Some(of_vertices) = self.textures.vertex_opacity(self.vertices) {
-                    let texture = self.texture(json, texture, Content::Opacity);
-                    let of_texture = as_color(self.textures.scaled(factor, texture));
-                    let product = self.textures.product(of_texture, of_vertices);
-                    return self.textures.step(product, cutoff);
+                    opacity = self.textures.product(opacity, of_vertices);
                 }
-                match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
-                    Some(id) => ColorInput::Texture(id),
-                    None => visible(factor >= cutoff),
-                }
+                self.textures.step(opacity, cutoff)
             }
             "BLEND" => {
                 let texture = self.texture(json, texture, Content::Opacity);
@@ -100,7 +93,7 @@ impl<'a> MaterialReader<'a, '_> {
             other => {
                 let message = format!("found `{other}`, expected `OPAQUE`, `MASK` or `BLEND`");
                 self.json.error_at("alphaMode", message);
-                visible(true)
+                WHITE
             }
         }
     }

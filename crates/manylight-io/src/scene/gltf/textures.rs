@@ -72,11 +72,6 @@ impl Textures {
         let texture = &document.textures[index];
         let image = image_of(texture, document)?;
         let (filtering, wrap) = sampler(texture, document)?;
-        let filtering = if matches!(content, Content::CutOut { .. }) {
-            Filtering::Nearest
-        } else {
-            filtering
-        };
         let key = format!("{image} {content:?} {filtering:?} {wrap:?}");
         let id = match self.bitmaps.get(&key) {
             Some(id) => *id,
@@ -188,7 +183,10 @@ impl Textures {
                     ColorInput::Constant(Rgb::BLACK)
                 };
             }
-            ColorInput::Texture(base) => Texture::Step { base, threshold },
+            ColorInput::Texture(base) => Texture::Step {
+                base,
+                threshold: threshold * LEAST_PART,
+            },
         };
         ColorInput::Texture(add(&mut self.list, value))
     }
@@ -319,6 +317,10 @@ fn uv_transform(info: &Json<'_>) -> Mat3 {
         Vec3::new(x, y, 1.0),
     )
 }
+
+/// Part of a cutoff that counts as the whole: interpolation between equal texels rounds. Texels of
+/// 16 bits differ by more.
+const LEAST_PART: f32 = 1.0 - 1e-6;
 
 /// What a material needs of the vertices of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
