@@ -175,15 +175,20 @@ fn the_sign_of_the_bitangent_mirrors_a_normal_map() {
 
 #[test]
 fn rough_panes_keep_the_light_of_both_sides() {
-    for (alpha, least) in [(0.04, 0.995), (0.09, 0.99), (0.36, 0.93)] {
+    // Albedos at the cosines 0.9, 0.5 and 0.2: the mean masking G1(wo) of directions that are mirrored
+    // at visible facets, by NumPy. Light that facets reflect more than once is missing.
+    for (alpha, albedos) in [
+        (0.04, [0.998, 0.995, 0.975]),
+        (0.09, [0.990, 0.975, 0.912]),
+        (0.36, [0.814, 0.777, 0.796]),
+    ] {
         let case = white_pane(alpha);
         let bsdf = case.bsdf(Vec3::Z);
-        for z in [0.9, 0.5, 0.2] {
-            let w = Vec3::new((1.0f32 - z * z).sqrt(), 0.0, z);
+        for (z, albedo) in [0.9f32, 0.5, 0.2].into_iter().zip(albedos) {
+            let w = Vec3::new((1.0 - z * z).sqrt(), 0.0, z);
             let [front, back] = [w, -w].map(|w| bsdf.albedo(w, Lobes::ALL).g);
             assert_close(front, back, 1e-3, "the sides of a pane");
-            let least = if z > 0.3 { least } else { 0.85 };
-            assert!(front > least && front < 1.003, "{alpha} {z}: {front}");
+            assert!((front - albedo).abs() < 0.01, "{alpha} {z}: {front}");
         }
         // Most light passes, straight on.
         let through = bsdf.f_cos_wo(Vec3::Z, -Vec3::Z, Lobes::ALL).g;
