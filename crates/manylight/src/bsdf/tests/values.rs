@@ -61,7 +61,8 @@ fn diffuse_lobes_are_products() {
             let mut sampler = sampler(14);
             for _ in 0..100 {
                 let (wi, wo) = (direction(&mut sampler), direction(&mut sampler));
-                let product = if wi.z * wo.z > 0.0 && wi.dot(ng) * wo.dot(ng) > 0.0 {
+                let passes = bsdf.lets_through.any() || wi.dot(ng) * wo.dot(ng) > 0.0;
+                let product = if wi.z * wo.z > 0.0 && passes {
                     let b = bsdf.exit_transmittance().eval(wo.z.abs());
                     bsdf.diffuse_weight(wi) * (b * wo.dot(ng).abs() * FRAC_1_PI)
                 } else {
