@@ -71,7 +71,7 @@ fn lit_ball(material: Material, eye: Vec3, target: Vec3) -> Scene {
 fn no_light_enters_closed_bodies() {
     for material in [diffuse(0.8, 0.8, 0.8), rough_metal(0.3), rough_metal(0.02)] {
         let inside = lit_ball(material.clone(), Vec3::ZERO, Vec3::new(0.3, 0.8, 0.5));
-        let outside = lit_ball(material.clone(), Vec3::Y * 3.0, Vec3::ZERO);
+        let outside = lit_ball(material.clone(), Vec3::X * 3.0, Vec3::ZERO);
         for kind in methods() {
             let means = |scene| channel_means(&film(scene, kind.clone(), 4, 3)).map(|c| c.0);
             assert_eq!(means(&inside), [0.0; 3], "{kind:?} of {material:?}");
