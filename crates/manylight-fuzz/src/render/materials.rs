@@ -62,6 +62,15 @@ fn roughness(numbers: &mut Numbers, textures: usize) -> Option<Roughness> {
     })
 }
 
+fn bitangent(numbers: &mut Numbers, textures: usize) -> Bitangent {
+    let sign = float_input(numbers, textures, 1.0);
+    numbers.choose(&[
+        Bitangent::RightHanded,
+        Bitangent::AgainstV,
+        Bitangent::Signed(sign),
+    ])
+}
+
 /// One of `count` materials, in which others may be nested.
 fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
     match numbers.below(20) {
@@ -88,7 +97,7 @@ fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
         19 if textures > 0 => Material::NormalMap {
             texture: TextureId::from(numbers.index(textures)),
             scale: numbers.float(-2.0, 2.0),
-            bitangent: numbers.choose(&[Bitangent::RightHanded, Bitangent::AgainstV]),
+            bitangent: bitangent(numbers, textures),
             inner: MaterialId::from(numbers.index(count)),
         },
         _ => Material::default(),
@@ -129,6 +138,7 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
             eta: numbers.float(0.5, 2.0),
             specular_reflectance: color_input(numbers, textures, 1.0),
             specular_transmittance: color_input(numbers, textures, 1.0),
+            roughness: roughness(numbers, textures),
         },
         6 => Material::Plastic {
             eta: numbers.float(1.0, 2.0),

@@ -86,6 +86,7 @@ fn without_leaves<'s, S: Width>(x: &SurfacePoints<S>) -> Bsdf<'s, S> {
         pass_through: [Float::splat(s, 0.0); 2],
         is_transparent: false,
         transmits: Mask::splat(s, false),
+        lets_through: Mask::splat(s, false),
         classes: Classes::splat(s, Lobes::NONE),
         is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
     }
@@ -312,6 +313,9 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
             bsdf.classes = bsdf.classes.or(leaf.lobes);
             bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
             bsdf.transmits |= leaf.model.transmits();
+            let is_clear = Mask::splat(leaf.width(), leaf.model.is_clear());
+            let lets_through = leaf.model.transmits() | is_clear;
+            bsdf.lets_through |= lets_through & leaf.weight.gt(0.0);
             if let Some(tilt) = &leaf.tilt {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
                 bsdf.is_defensive |= cos.lt(ALIGNED_COSINE) & tilt.is_tilted;
@@ -327,6 +331,7 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
         match bitangent {
             Bitangent::AgainstV => is_mirrored.select(-1.0, 1.0),
             Bitangent::RightHanded => x.offset.same(1.0),
+            Bitangent::Signed(sign) => self.at.float(&sign).sign(),
         }
     }
 

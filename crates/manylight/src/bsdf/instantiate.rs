@@ -17,7 +17,7 @@ use super::models::principled::{
 };
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::substrate::Substrate;
-use super::models::thin_dielectric::ThinDielectric;
+use super::models::thin_dielectric::{RoughThinDielectric, ThinDielectric};
 use super::models::ward::Ward;
 use crate::geometry::SurfacePoints;
 use crate::ids::MaterialId;
@@ -87,15 +87,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             }
             Material::Conductor { .. } => self.conductor(material),
             Material::Dielectric { .. } => self.dielectric(material),
-            Material::ThinDielectric {
-                eta,
-                specular_reflectance,
-                specular_transmittance,
-            } => Model::ThinDielectric(ThinDielectric {
-                eta: *eta,
-                reflection_tint: self.color(specular_reflectance),
-                transmission_tint: self.color(specular_transmittance),
-            }),
+            Material::ThinDielectric { .. } => self.thin_dielectric(material),
             Material::Plastic { .. } => self.plastic(id, material),
             Material::Phong {
                 diffuse_reflectance,
@@ -185,6 +177,31 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             Some(r) => {
                 let facets = self.microfacets(r);
                 Model::RoughDielectric(RoughDielectric { facets, eta, tints })
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn thin_dielectric(&self, material: &Material) -> Model<'s, S> {
+        let Material::ThinDielectric {
+            eta,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+        } = material
+        else {
+            unreachable!("invariant: called for thin dielectrics only")
+        };
+        let eta = *eta;
+        let tints = InterfaceTints {
+            reflection: self.color(specular_reflectance),
+            transmission: self.color(specular_transmittance),
+        };
+        match roughness {
+            None => Model::ThinDielectric(ThinDielectric { eta, tints }),
+            Some(r) => {
+                let facets = self.microfacets(r);
+                Model::RoughThinDielectric(RoughThinDielectric { facets, eta, tints })
             }
         }
     }

@@ -73,7 +73,8 @@ pub enum Material {
         /// `None`: smooth.
         roughness: Option<Roughness>,
     },
-    /// A thin dielectric pane. Transmission is straight through, without refraction.
+    /// A thin dielectric pane. Transmission is without refraction: straight through, or where the
+    /// pane is rough, by the lobe of the reflection, mirrored at the surface.
     ThinDielectric {
         /// Interior over exterior index of refraction.
         eta: f32,
@@ -81,6 +82,8 @@ pub enum Material {
         specular_reflectance: ColorInput,
         /// Factor of the transmission.
         specular_transmittance: ColorInput,
+        /// `None`: smooth.
+        roughness: Option<Roughness>,
     },
     /// A dielectric coat over a diffuse base; smooth without `roughness`.
     Plastic {
@@ -264,12 +267,12 @@ impl Material {
     pub(crate) fn floats(&self) -> Vec<&FloatInput> {
         match self {
             Material::RoughDiffuse { alpha, .. } => vec![alpha],
-            Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => {
-                roughness
-                    .iter()
-                    .flat_map(|r| [&r.alpha_u, &r.alpha_v])
-                    .collect()
-            }
+            Material::Conductor { roughness, .. }
+            | Material::Dielectric { roughness, .. }
+            | Material::ThinDielectric { roughness, .. } => roughness
+                .iter()
+                .flat_map(|r| [&r.alpha_u, &r.alpha_v])
+                .collect(),
             Material::Substrate { roughness, .. } => vec![&roughness.alpha_u, &roughness.alpha_v],
             Material::Phong { exponent, .. } => vec![exponent],
             Material::Ward {
@@ -307,28 +310,34 @@ impl Material {
                 below.iter().map(|below| &below.coat).collect()
             }
             Material::Blend { weight, .. } => vec![weight],
+            Material::NormalMap {
+                bitangent: Bitangent::Signed(sign),
+                ..
+            } => vec![sign],
+            Material::NormalMap { .. } => Vec::new(),
             Material::Mask { opacity, .. } => vec![opacity],
             Material::Diffuse { .. }
             | Material::Sum { .. }
-            | Material::ThinDielectric { .. }
             | Material::Plastic { .. }
             | Material::Null
             | Material::TwoSided { .. }
-            | Material::BumpMap { .. }
-            | Material::NormalMap { .. } => Vec::new(),
+            | Material::BumpMap { .. } => Vec::new(),
         }
     }
 }
 
 /// The tangent-space direction of the second component of a normal map. The first one is that of
 /// dp_du.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bitangent {
     /// n x s for the tangent s, as in Mitsuba, on mirrored texture coordinates too.
     RightHanded,
     /// The side to which v decreases, as in MikkTSpace with v = 1 at the top. Where v = 0 is the
     /// top row and texture coordinates are not mirrored, this is n x s too.
     AgainstV,
+    /// n x s, or the opposite where this number is negative, as by the fourth component of tangents
+    /// in glTF.
+    Signed(FloatInput),
 }
 
 /// Normalization of the Ward model.

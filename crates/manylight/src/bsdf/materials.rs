@@ -61,7 +61,10 @@ impl Materials {
     /// Whether light can pass straight through some point of this material.
     pub fn is_transparent(&self, id: MaterialId) -> bool {
         match &self.materials[id.index()] {
-            Material::Null | Material::ThinDielectric { .. } => true,
+            Material::Null
+            | Material::ThinDielectric {
+                roughness: None, ..
+            } => true,
             Material::Mask { opacity, .. } if !matches!(opacity, FloatInput::Constant(o) if *o >= 1.0) => {
                 true
             }

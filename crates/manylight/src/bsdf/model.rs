@@ -97,6 +97,7 @@ models! {
     SmoothDielectric(dielectric::SmoothDielectric<S>),
     RoughDielectric(dielectric::RoughDielectric<S>),
     ThinDielectric(thin_dielectric::ThinDielectric<S>),
+    RoughThinDielectric(thin_dielectric::RoughThinDielectric<S>),
     Plastic(plastic::Plastic<S>),
     RoughPlastic(plastic::RoughPlastic<'s, S>),
     Phong(phong::Phong<S>),
@@ -112,6 +113,12 @@ impl<'s, S: Width> Model<'s, S> {
     pub(super) fn glossy_width(&self) -> Float<S> {
         let alpha = self.alpha();
         alpha.lt(NEAR_DELTA_ALPHA).select(1.0, alpha.min(1.0))
+    }
+
+    /// Whether light passes without scattering: refracted, or straight through.
+    #[inline(always)]
+    pub(super) fn is_clear(&self) -> bool {
+        matches!(self, Model::SmoothDielectric(_) | Model::ThinDielectric(_))
     }
 
     /// `b(wo)` of the `DIFFUSE` lobe.

@@ -238,6 +238,7 @@ fn light_through_panes_arrives_dimmed() {
         eta: 1.5,
         specular_reflectance: ColorInput::Constant(Rgb::WHITE),
         specular_transmittance: ColorInput::Constant(Rgb::WHITE),
+        roughness: None,
     };
     let mut b = Builder::new(Vec3::new(0.0, 0.0, -0.95), Vec3::Z, 80.0, 20);
     let (white, pane) = (b.material(diffuse(0.6, 0.6, 0.6)), b.material(window));

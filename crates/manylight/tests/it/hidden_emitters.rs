@@ -48,6 +48,7 @@ fn thin_glass() -> Material {
         eta: 1.5046 / 1.000277,
         specular_reflectance: white,
         specular_transmittance: white,
+        roughness: None,
     }
 }
 

@@ -86,7 +86,7 @@ impl Glass {
                 false => vec![interface(eta, WHITE, tint, roughness)],
             }
         } else {
-            vec![thin(&json, base, eta, roughness)]
+            vec![thin(base, eta, roughness)]
         };
         Some(Glass { parts, weight })
     }
@@ -156,19 +156,13 @@ fn roughness(reader: &mut MaterialReader<'_, '_>, base: &Base) -> Option<Roughne
 }
 
 /// A pane without refraction. Its base color tints transmitted light.
-fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) -> Material {
-    let Some(roughness) = roughness else {
-        return Material::ThinDielectric {
-            eta,
-            specular_reflectance: WHITE,
-            specular_transmittance: base.color,
-        };
-    };
-    json.warn_once(
-        "rough panes",
-        "rough thin transmission is replaced by a rough interface, which refracts",
-    );
-    interface(eta, WHITE, base.color, Some(roughness))
+fn thin(base: &Base, eta: f32, roughness: Option<Roughness>) -> Material {
+    Material::ThinDielectric {
+        eta,
+        specular_reflectance: WHITE,
+        specular_transmittance: base.color,
+        roughness,
+    }
 }
 
 /// The tint of each side of a body. Its base color, and the absorption over its thickness, tint the

@@ -27,13 +27,6 @@ pub(super) enum Content {
     Channel(usize),
     /// Opacity.
     Opacity,
-    /// 1 where the opacity times `factor` is at least `cutoff`, else 0.
-    CutOut {
-        /// Factor of the opacity.
-        factor: f32,
-        /// Limit of the product.
-        cutoff: f32,
-    },
     /// 1 - opacity · `factor`: roughness from glossiness.
     OneMinusOpacity {
         /// Factor of the opacity.
@@ -168,10 +161,6 @@ impl Decoded<'_> {
             Content::Raw => Ok(self.color(Transfer::Raw)?.clone()),
             Content::Channel(index) => Ok(channel(self.color(Transfer::Raw)?, index)),
             Content::Opacity => Ok(self.opacity()?.clone()),
-            Content::CutOut { factor, cutoff } => {
-                let visible = |a: f32| if a * factor >= cutoff { 1.0 } else { 0.0 };
-                Ok(mapped(self.opacity()?, visible))
-            }
             Content::OneMinusOpacity { factor } => {
                 Ok(mapped(self.opacity()?, |a| 1.0 - a * factor))
             }

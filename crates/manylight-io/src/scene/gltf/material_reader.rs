@@ -6,7 +6,7 @@ use super::document::Document;
 use super::images::Content;
 use super::json::Json;
 use super::textures::{Textures, VertexInputs};
-use manylight::bsdf::Material;
+use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::texture::{ColorInput, FloatInput};
@@ -41,6 +41,8 @@ pub(super) struct MaterialReader<'a, 'm> {
     pub(super) vertices: &'m VertexInputs<'m>,
     pub(super) list: &'m mut Vec<Material>,
     pub(super) textures: &'m mut Textures,
+    /// The bitangent of normal textures.
+    pub(super) bitangent: Bitangent,
 }
 
 impl<'a> MaterialReader<'a, '_> {
@@ -73,23 +75,16 @@ impl<'a> MaterialReader<'a, '_> {
         factor: f32,
         mode: &str,
     ) -> ColorInput {
-        let visible = |is_visible: bool| {
-            ColorInput::Constant(if is_visible { Rgb::WHITE } else { Rgb::BLACK })
-        };
         match mode {
-            "OPAQUE" => visible(true),
+            "OPAQUE" => WHITE,
             "MASK" => {
                 let cutoff = self.json.float("alphaCutoff", 0.5);
+                let texture = self.texture(json, texture, Content::Opacity);
+                let mut opacity = as_color(self.textures.scaled(factor, texture));
                 if let Some(of_vertices) = self.textures.vertex_opacity(self.vertices) {
-                    let texture = self.texture(json, texture, Content::Opacity);
-                    let of_texture = as_color(self.textures.scaled(factor, texture));
-                    let product = self.textures.product(of_texture, of_vertices);
-                    return self.textures.step(product, cutoff);
+                    opacity = self.textures.product(opacity, of_vertices);
                 }
-                match self.texture(json, texture, Content::CutOut { factor, cutoff }) {
-                    Some(id) => ColorInput::Texture(id),
-                    None => visible(factor >= cutoff),
-                }
+                self.textures.step(opacity, cutoff)
             }
             "BLEND" => {
                 let texture = self.texture(json, texture, Content::Opacity);
@@ -98,7 +93,7 @@ impl<'a> MaterialReader<'a, '_> {
             other => {
                 let message = format!("found `{other}`, expected `OPAQUE`, `MASK` or `BLEND`");
                 self.json.error_at("alphaMode", message);
-                visible(true)
+                WHITE
             }
         }
     }

@@ -21,7 +21,7 @@ use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
 use super::scattering::{Surfaces, principled};
 use super::specular_glossiness::specular_glossiness;
-use super::textures::{Textures, VertexInputs};
+use super::textures::{Bitangents, Textures, VertexInputs};
 use crate::suggest::with_list;
 use manylight::bsdf::Material;
 use manylight::color::Rgb;
@@ -41,8 +41,8 @@ pub(super) struct Materials {
     pub(super) names: Vec<String>,
     pub(super) textures: Textures,
     /// Materials without vertex attributes, which meshes share: by index, primary set of texture
-    /// coordinates, bits of the scale, and whether the mesh is a body.
-    shared: HashMap<(Option<usize>, usize, u32, bool), SurfaceMaterial>,
+    /// coordinates, bits of the scale, whether the mesh is a body, and the sign of the bitangents.
+    shared: HashMap<(Option<usize>, usize, u32, bool, u32), SurfaceMaterial>,
     /// Absorption coefficients inside of bodies, in 1/m.
     absorption: HashMap<MaterialId, Rgb>,
 }
@@ -71,12 +71,18 @@ impl Materials {
         index: Option<usize>,
         vertices: &VertexInputs<'_>,
     ) -> SurfaceMaterial {
-        let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty();
+        let signs = match vertices.bitangents {
+            Bitangents::ByTextureCoordinates => Some(0),
+            Bitangents::OneSign(sign) => Some(sign.to_bits()),
+            Bitangents::Signs(_) => None,
+        };
+        let is_shared = vertices.colors.is_empty() && vertices.uvs.is_empty() && signs.is_some();
         let key = (
             index,
             vertices.primary,
             vertices.scale.to_bits(),
             vertices.is_body,
+            signs.unwrap_or_default(),
         );
         if let Some(material) = self.shared.get(&key).filter(|_| is_shared) {
             return *material;
@@ -87,6 +93,7 @@ impl Materials {
                 json: &document.materials[index],
                 vertices,
                 list: &mut self.list,
+                bitangent: self.textures.bitangent(vertices),
                 textures: &mut self.textures,
             }
             .surface(),

@@ -9,7 +9,7 @@ use super::json::Json;
 use super::materials::{Materials, material_of};
 use super::nodes::{Hierarchy, PlacedNode};
 use super::primitives::Geometry;
-use super::tangents::add_tangents;
+use super::tangents::{add_tangents, bitangents};
 use super::textures::{Textures, VertexInputs, vertex_needs};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use manylight::emitters::Emitter;
@@ -291,6 +291,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
         if needs.tangents && geometry.tangents.is_empty() {
             add_tangents(&mut geometry);
         }
+        let bitangents = bitangents(&geometry, key.mirrored);
         if key.mirrored {
             geometry.reverse();
         }
@@ -305,6 +306,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
             colors: &geometry.colors,
             scale: f32::from_bits(key.scale),
             is_body: needs.body && emission::is_closed(&geometry),
+            bitangents: &bitangents,
         };
         let surface = self.materials.material(document, material, &vertices);
         let emitter = surface

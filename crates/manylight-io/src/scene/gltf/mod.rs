@@ -178,12 +178,32 @@ fn drop_full_masks(desc: &mut SceneDesc) {
     }
 }
 
-/// Whether a texture is an image of the value 1 everywhere.
+/// Whether a texture has the value 1 or more everywhere.
 fn is_one(textures: &[Texture], id: TextureId) -> bool {
+    least(textures, id).is_some_and(|least| least >= 1.0)
+}
+
+/// Lower bound of an opacity; `None` for textures of other kinds than the reader makes of it.
+fn least(textures: &[Texture], id: TextureId) -> Option<f32> {
+    let of_input = |input: &ColorInput| match *input {
+        ColorInput::Constant(color) => Some(color.r),
+        ColorInput::Texture(id) => least(textures, id),
+    };
     match &textures[id.index()] {
-        Texture::Transformed { inner, .. } => is_one(textures, *inner),
-        Texture::Bitmap(bitmap) => bitmap.image.data.iter().all(|v| *v == 1.0),
-        _ => false,
+        Texture::Transformed { inner, .. } | Texture::OtherUv { inner, .. } => {
+            least(textures, *inner)
+        }
+        Texture::Bitmap(bitmap) => bitmap.image.data.iter().copied().reduce(f32::min),
+        Texture::VertexColors(opacities) => opacities.values.iter().map(|v| v.r).reduce(f32::min),
+        Texture::Product { first, second } => {
+            let factors = [of_input(first)?, of_input(second)?];
+            Some(factors[0] * factors[1]).filter(|_| factors.iter().all(|v| *v >= 0.0))
+        }
+        Texture::Step { base, threshold } => {
+            let is_full = least(textures, *base)? >= *threshold;
+            Some(if is_full { 1.0 } else { 0.0 })
+        }
+        _ => None,
     }
 }
 

@@ -14,6 +14,8 @@ pub(super) struct Geometry {
     pub(super) normals: Vec<Vec3>,
     /// May be empty.
     pub(super) tangents: Vec<Vec3>,
+    /// The fourth components of `TANGENT`, the signs of the bitangents; empty if the file has none.
+    pub(super) signs: Vec<f32>,
     /// Sets of texture coordinates by their numbers; the first is the primary one.
     pub(super) uvs: Vec<(usize, Vec<Vec2>)>,
     /// Linear colors with opacity; may be empty.
@@ -85,8 +87,9 @@ impl Geometry {
         if let Some(at) = tangents.filter(|_| !self.normals.is_empty()) {
             let tangents: Vec<[f32; 4]> = accessors.floats(&at, "VEC4", allowed)?;
             self.check_count(&at, tangents.len())?;
-            let direction = |[x, y, z, _]: [f32; 4]| unit(Vec3::new(x, y, z));
-            self.tangents = tangents.into_iter().map(direction).collect();
+            let direction = |[x, y, z, _]: &[f32; 4]| unit(Vec3::new(*x, *y, *z));
+            self.tangents = tangents.iter().map(direction).collect();
+            self.signs = tangents.iter().map(|t| 1.0f32.copysign(t[3])).collect();
         }
         Some(())
     }
@@ -161,6 +164,7 @@ impl Geometry {
         pick(&mut self.positions, indices);
         pick(&mut self.normals, indices);
         pick(&mut self.tangents, indices);
+        pick(&mut self.signs, indices);
         pick(&mut self.colors, indices);
         self.uvs.iter_mut().for_each(|(_, uvs)| pick(uvs, indices));
     }
@@ -171,6 +175,7 @@ impl Geometry {
         size_of_val(&self.positions[..])
             + size_of_val(&self.normals[..])
             + size_of_val(&self.tangents[..])
+            + size_of_val(&self.signs[..])
             + size_of_val(&self.colors[..])
             + size_of_val(&self.triangles[..])
             + uvs.sum::<usize>()

@@ -1,7 +1,7 @@
 //! The scattering models of a material, without its opacity: an opaque part, the reflection of a
 //! clear coat with another normal texture, diffuse transmission, and glass.
 
-use super::super::description::{add, add_two_sided, as_color};
+use super::super::description::{add, add_two_sided, as_color, as_float};
 use super::super::parameters::Numbers;
 use super::extensions::{DiffuseTransmission, Lobes};
 use super::glass::{Glass, absorption, thick_volume};
@@ -204,18 +204,28 @@ impl<'a> MaterialReader<'a, '_> {
             return inner;
         };
         let scale = info.float("scale", 1.0);
+        let (scale, bitangent) = match side {
+            Seen::Front => (scale, self.bitangent),
+            Seen::TurnedOver => (-scale, self.turned_over(self.bitangent)),
+        };
         add(
             self.list,
             Material::NormalMap {
                 texture,
-                scale: match side {
-                    Seen::Front => scale,
-                    Seen::TurnedOver => -scale,
-                },
-                bitangent: Bitangent::AgainstV,
+                scale,
+                bitangent,
                 inner,
             },
         )
+    }
+
+    /// The same bitangent by the opposite normal.
+    fn turned_over(&mut self, bitangent: Bitangent) -> Bitangent {
+        let Bitangent::Signed(sign) = bitangent else {
+            return bitangent;
+        };
+        let opposite = ColorInput::Constant(Rgb::splat(-1.0));
+        Bitangent::Signed(as_float(self.textures.product(opposite, as_color(sign))))
     }
 }
 

@@ -6,6 +6,7 @@ use super::super::parameters::Numbers;
 use super::document::Document;
 use super::images::{Content, ImageUses};
 use super::json::Json;
+use manylight::bsdf::Bitangent;
 use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::math::{Mat3, Vec2, Vec3};
@@ -25,6 +26,18 @@ pub(super) struct VertexInputs<'m> {
     pub(super) scale: f32,
     /// Whether the primitive is the whole surface of a body, if its material absorbs light within.
     pub(super) is_body: bool,
+    pub(super) bitangents: &'m Bitangents,
+}
+
+/// The sides to which the second component of normal textures points.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Bitangents {
+    /// Against v.
+    ByTextureCoordinates,
+    /// n x t times this sign.
+    OneSign(f32),
+    /// n x t times the signs of the vertices.
+    Signs(Vec<f32>),
 }
 
 /// All textures of a scene.
@@ -59,11 +72,6 @@ impl Textures {
         let texture = &document.textures[index];
         let image = image_of(texture, document)?;
         let (filtering, wrap) = sampler(texture, document)?;
-        let filtering = if matches!(content, Content::CutOut { .. }) {
-            Filtering::Nearest
-        } else {
-            filtering
-        };
         let key = format!("{image} {content:?} {filtering:?} {wrap:?}");
         let id = match self.bitmaps.get(&key) {
             Some(id) => *id,
@@ -136,6 +144,20 @@ impl Textures {
         Some(ColorInput::Texture(add(&mut self.list, colors)))
     }
 
+    /// The bitangent of the normal textures of a primitive.
+    pub(super) fn bitangent(&mut self, vertices: &VertexInputs<'_>) -> Bitangent {
+        let signs = match vertices.bitangents {
+            Bitangents::ByTextureCoordinates => return Bitangent::AgainstV,
+            Bitangents::OneSign(sign) => return Bitangent::Signed(FloatInput::Constant(*sign)),
+            Bitangents::Signs(signs) => signs,
+        };
+        let signs = Texture::VertexColors(VertexValues {
+            triangles: vertices.triangles.to_vec(),
+            values: signs.iter().map(|sign| Rgb::splat(*sign)).collect(),
+        });
+        Bitangent::Signed(FloatInput::Texture(add(&mut self.list, signs)))
+    }
+
     /// The product of two colors.
     pub(super) fn product(&mut self, first: ColorInput, second: ColorInput) -> ColorInput {
         product(&mut self.list, first, second)
@@ -161,7 +183,10 @@ impl Textures {
                     ColorInput::Constant(Rgb::BLACK)
                 };
             }
-            ColorInput::Texture(base) => Texture::Step { base, threshold },
+            ColorInput::Texture(base) => Texture::Step {
+                base,
+                threshold: threshold * LEAST_PART,
+            },
         };
         ColorInput::Texture(add(&mut self.list, value))
     }
@@ -292,6 +317,10 @@ fn uv_transform(info: &Json<'_>) -> Mat3 {
         Vec3::new(x, y, 1.0),
     )
 }
+
+/// Part of a cutoff that counts as the whole: interpolation between equal texels rounds. Texels of
+/// 16 bits differ by more.
+const LEAST_PART: f32 = 1.0 - 1e-6;
 
 /// What a material needs of the vertices of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,9 +2,11 @@
 
 use super::materials::{close, color_at, document, inner, material_of, principled};
 use super::*;
-use manylight::bsdf::Material;
+use manylight::bsdf::{Lobes, Material};
 use manylight::color::Rgb;
-use manylight::math::Vec2;
+use manylight::geometry::Ray;
+use manylight::math::{Vec2, Vec3};
+use manylight::scene::Scene;
 use manylight::texture::{ColorInput, FloatInput};
 
 /// The material with this extension, and whether it loads without a warning.
@@ -16,6 +18,45 @@ fn extended(name: &str, extension: Value, roughness: f32) -> (SceneDesc, Vec<Str
     let folder = Folder::new(&document);
     let loaded = load_scene(&folder.file, &LoadOptions::default()).unwrap();
     (loaded.desc, folder.problems())
+}
+
+#[test]
+fn rough_panes_are_thin_and_keep_all_light() {
+    let (desc, warnings) = extended(
+        "KHR_materials_transmission",
+        json!({ "transmissionFactor": 1 }),
+        0.3,
+    );
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let Material::ThinDielectric {
+        specular_transmittance,
+        roughness: Some(roughness),
+        ..
+    } = material_of(&desc, 0)
+    else {
+        panic!("{:?}", material_of(&desc, 0))
+    };
+    assert!(close(
+        color_at(&desc, *specular_transmittance, 0.0),
+        [0.25, 1.0, 1.0]
+    ));
+    let alpha = FloatInput::Constant(0.3 * 0.3);
+    assert_eq!((roughness.alpha_u, roughness.alpha_v), (alpha, alpha));
+    // Light from the front and from the back.
+    let scene = Scene::build(desc, 0).unwrap();
+    let z = Vec3::new(0.2, 0.2, 1.0);
+    let (_, x) = scene.intersect(&Ray::new(z, Vec3::NEG_Z)).unwrap();
+    let [front, back] = [0.8f32, -0.8].map(|z| {
+        let w = Vec3::new(0.6, 0.0, z);
+        scene.bsdf(&x).albedo(w, Lobes::ALL)
+    });
+    for (front, back) in front.to_array().into_iter().zip(back.to_array()) {
+        assert!((front - back).abs() < 2e-3, "{front} {back}");
+    }
+    assert!(
+        front.g > 0.97 && front.g < 1.003 && front.r < 0.4,
+        "{front:?}"
+    );
 }
 
 #[test]

@@ -146,20 +146,44 @@ fn alpha_modes() {
 }
 
 #[test]
-fn masks_without_transparent_texels_are_left_out() {
+fn masks_compare_the_opacity_between_texels() {
+    // Opacities of 0.2 at u = 0.25 and 0.8 at u = 0.75, times 0.75.
     let mut document = document(json!({
-        "alphaMode": "BLEND",
-        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }
+        "alphaMode": "MASK",
+        "alphaCutoff": 0.3,
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "baseColorFactor": [1, 1, 1, 0.75] }
     }));
-    set(
-        &mut document,
-        "/images/0/uri",
-        json!(png(&[[1, 2, 3, 255]], 1)),
-    );
-    assert!(matches!(
-        material_of(&load(&document), 0),
-        Material::TwoSided { .. }
-    ));
+    let opacities = |document: &Value| {
+        let desc = load(document);
+        let Material::Mask { opacity, .. } = material_of(&desc, 0) else {
+            panic!("{:?}", material_of(&desc, 0))
+        };
+        [0.39, 0.45, 0.49, 0.51].map(|u| opacity.eval(Vec2::new(u, 0.5), &desc.textures))
+    };
+    assert_eq!(opacities(&document), [0.0, 0.0, 0.0, 1.0]);
+    set(&mut document, "/samplers/0/magFilter", json!(9729));
+    assert_eq!(opacities(&document), [0.0, 1.0, 1.0, 1.0]);
+}
+
+#[test]
+fn masks_without_transparent_texels_are_left_out() {
+    for (mode, alpha, cutoff) in [("BLEND", 255, 0.5), ("MASK", 128, 0.5), ("MASK", 255, 1.0)] {
+        let mut document = document(json!({
+            "alphaMode": mode,
+            "alphaCutoff": cutoff,
+            "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }
+        }));
+        set(&mut document, "/samplers/0/magFilter", json!(9729));
+        set(
+            &mut document,
+            "/images/0/uri",
+            json!(png(&[[1, 2, 3, alpha]], 1)),
+        );
+        assert!(
+            matches!(material_of(&load(&document), 0), Material::TwoSided { .. }),
+            "{mode} {alpha} {cutoff}"
+        );
+    }
 }
 
 #[test]

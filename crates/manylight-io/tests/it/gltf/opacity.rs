@@ -152,6 +152,12 @@ fn a_masked_lamp_of_one_color_lights_its_scene_alone() {
 /// Light of a normal-mapped triangle towards the viewer on the `side` of the z axis, from a
 /// direction that is tilted by `x`.
 fn reflected(document: &Value, side: f32, x: f32) -> f32 {
+    reflected_from(document, Vec3::new(x, 0.0, side))
+}
+
+/// The same, from the direction `from`.
+fn reflected_from(document: &Value, from: Vec3) -> f32 {
+    let side = 1.0f32.copysign(from.z);
     let folder = Folder::new(document);
     let desc = load_scene(&folder.file, &LoadOptions::default())
         .unwrap()
@@ -159,9 +165,61 @@ fn reflected(document: &Value, side: f32, x: f32) -> f32 {
     let scene = Scene::build(desc, 0).unwrap();
     let ray = Ray::new(Vec3::new(0.2, 0.2, side), Vec3::new(0.0, 0.0, -side));
     let (_, at) = scene.intersect(&ray).unwrap();
-    let wi = Vec3::new(x, 0.0, side).normalize();
     let wo = Vec3::new(0.0, 0.0, side);
-    scene.bsdf(&at).f_cos_wi(wi, wo, Lobes::ALL).g
+    let bsdf = scene.bsdf(&at);
+    bsdf.f_cos_wi(from.normalize(), wo, Lobes::ALL).g
+}
+
+#[test]
+fn tangents_say_to_which_side_normals_are_bent() {
+    // A normal that is bent along the bitangent, n x t times w. The texture coordinates alone would
+    // have it along y for all of the tangents along x.
+    let mut document = document(json!({
+        "normalTexture": { "index": 0 },
+        "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 1 }
+    }));
+    let image = json!([{ "uri": png(&[[128, 204, 231, 255]; 2], 2) }]);
+    set(&mut document, "/images", image);
+    let up = |document: &Value, side: f32| {
+        let [up, down] = [0.5, -0.5].map(|y| reflected_from(document, Vec3::new(0.0, y, side)));
+        assert!((up / down).max(down / up) > 1.5, "{up} {down}");
+        up > down
+    };
+    let by_texture = up(&document, 1.0);
+    for w in [1.0, -1.0] {
+        let tangent = bytes_of(&[1.0, 0.0, 0.0, w].repeat(3));
+        let accessor = add_accessor(&mut document, &tangent, 5126, 3, "VEC4");
+        let path = "/meshes/0/primitives/0/attributes/TANGENT";
+        set(&mut document, path, json!(accessor));
+        assert_eq!(up(&document, 1.0), w > 0.0);
+        // All of the normal is reversed on the back.
+        assert_eq!(up(&document, -1.0), w < 0.0);
+        // Mirrors turn the bitangent with the surface.
+        for (scale, side, turns) in [([-1, 1, 1], 1.0, false), ([1, -1, 1], 1.0, true)] {
+            set(&mut document, "/nodes/0/scale", json!(scale));
+            set(&mut document, "/nodes/0/translation", json!([0, 0, 0]));
+            let mut seen = document.clone();
+            // The triangle stays where it is seen.
+            let moved = scale.map(|s| if s < 0 { 0.4 } else { 0.0 });
+            set(&mut seen, "/nodes/0/translation", json!(moved));
+            assert_eq!(up(&seen, side), (w > 0.0) != turns, "{scale:?} {w}");
+        }
+        set(&mut document, "/nodes/0/scale", json!([1, 1, 1]));
+        // The second surface of one that emits is the back of the first.
+        set(&mut document, "/materials/0/doubleSided", json!(true));
+        set(
+            &mut document,
+            "/materials/0/emissiveFactor",
+            json!([1, 1, 1]),
+        );
+        assert_eq!(up(&document, -1.0), w < 0.0);
+        set(
+            &mut document,
+            "/materials/0/emissiveFactor",
+            json!([0, 0, 0]),
+        );
+    }
+    assert!(by_texture);
 }
 
 #[test]

@@ -26,14 +26,14 @@ pub(in crate::bsdf) struct InterfaceTints<S: Width> {
 impl<S: Width> InterfaceTints<S> {
     /// Estimated albedo, by the largest channels, where the interface reflects the fraction `r`.
     #[inline(always)]
-    fn albedo_estimate(&self, r: Float<S>) -> Float<S> {
+    pub(super) fn albedo_estimate(&self, r: Float<S>) -> Float<S> {
         self.reflection.max_channel() * r + self.transmission.max_channel() * (1.0 - r)
     }
 
     /// Probability of sampling reflection, in proportion to the light that both events return, and
     /// the lanes in which they return any.
     #[inline(always)]
-    fn reflection_probability(&self, r: Float<S>) -> (Float<S>, Mask<S>) {
+    pub(super) fn reflection_probability(&self, r: Float<S>) -> (Float<S>, Mask<S>) {
         let all = self.albedo_estimate(r);
         (self.reflection.max_channel() * r / all, all.gt(0.0))
     }

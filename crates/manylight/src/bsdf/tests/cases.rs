@@ -63,6 +63,16 @@ fn glass(eta: f32, roughness: Option<Roughness>) -> Material {
     }
 }
 
+/// A pane that is clearer than it is colored on the way through.
+fn pane(eta: f32, roughness: Option<Roughness>) -> Material {
+    Material::ThinDielectric {
+        eta,
+        specular_reflectance: rgb(1.0, 0.9, 0.8),
+        specular_transmittance: rgb(0.9, 1.0, 0.7),
+        roughness,
+    }
+}
+
 fn plastic(
     eta: f32,
     tint: ColorInput,
@@ -190,6 +200,21 @@ fn principled_thin(spec_trans: f32, roughness: f32) -> PrincipledThinMaterial {
         sheen_tint: float(0.0),
         flatness: float(0.0),
         diff_trans: float(0.0),
+    }
+}
+
+/// A pane that absorbs nothing.
+pub(super) fn white_pane(alpha: f32) -> Case {
+    let pane = Material::ThinDielectric {
+        eta: 1.5,
+        specular_reflectance: WHITE,
+        specular_transmittance: WHITE,
+        roughness: rough(Distribution::Ggx, alpha, alpha),
+    };
+    Case {
+        name: "white_pane",
+        materials: Materials::new(vec![pane]),
+        textures: Vec::new(),
     }
 }
 
@@ -351,7 +376,21 @@ fn dielectrics() -> Vec<Named> {
                 eta: 1.5,
                 specular_reflectance: WHITE,
                 specular_transmittance: rgb(0.9, 0.8, 0.7),
+                roughness: None,
             }],
+        ),
+        ("thin_rough_glass", vec![pane(1.5, rough(Ggx, 0.3, 0.3))]),
+        (
+            "thin_rough_glass_beckmann_aniso",
+            vec![pane(1.33, rough(Beckmann, 0.2, 0.4))],
+        ),
+        (
+            "thin_rough_glass_inverted",
+            vec![pane(1.0 / 1.5, rough(Ggx, 0.25, 0.25))],
+        ),
+        (
+            "thin_rough_glass_narrow",
+            vec![pane(1.5, rough(Ggx, 0.05, 0.05))],
         ),
         (
             "rough_glass_ggx",
@@ -673,6 +712,18 @@ fn tilts() -> Vec<Named> {
             ],
         ),
         (
+            "normal_map_left_handed",
+            vec![
+                diffuse(),
+                Material::NormalMap {
+                    texture: TextureId(0),
+                    scale: 1.0,
+                    bitangent: Bitangent::Signed(float(-0.5)),
+                    inner: MaterialId(0),
+                },
+            ],
+        ),
+        (
             "normal_map_anisotropic",
             vec![copper(rough(Ggx, 0.15, 0.4)), mapped(0)],
         ),
@@ -717,7 +768,7 @@ fn all_cases() -> Vec<Case> {
         .map(|(name, materials)| {
             let mild = matches!(
                 name,
-                "normal_map" | "normal_map_glass" | "normal_map_plastic"
+                "normal_map" | "normal_map_left_handed" | "normal_map_glass" | "normal_map_plastic"
             );
             let normal = if mild {
                 tilt(0.65, 0.4, 0.9)

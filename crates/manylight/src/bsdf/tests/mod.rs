@@ -12,7 +12,7 @@ use super::{Bsdf, BsdfNumbers, Lobes, Material, Materials};
 use crate::color::Rgb;
 use crate::math::{Cone, Frame, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream, warp};
-use cases::{Case, cases, diffuse, float};
+use cases::{Case, cases, diffuse, float, white_pane};
 use std::f32::consts::PI;
 
 fn numbers(sampler: &mut Sampler) -> BsdfNumbers {

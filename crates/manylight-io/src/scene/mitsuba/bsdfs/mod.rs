@@ -138,6 +138,7 @@ impl DescBuilder<'_> {
                 eta: self.relative_ior(props, "bk7"),
                 specular_reflectance: self.reflectance(props, "specular_reflectance", 1.0),
                 specular_transmittance: self.reflectance(props, "specular_transmittance", 1.0),
+                roughness: None,
             },
             "plastic" => self.plastic(props, None),
             "roughplastic" => {
@@ -174,6 +175,7 @@ impl DescBuilder<'_> {
             eta: 1.0,
             specular_reflectance: WHITE,
             specular_transmittance: scaled(&mut self.desc.textures, transmittance, part),
+            roughness: None,
         }
     }
 

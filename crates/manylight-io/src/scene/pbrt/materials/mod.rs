@@ -136,6 +136,7 @@ impl Builder<'_> {
                     eta,
                     specular_reflectance: WHITE,
                     specular_transmittance: WHITE,
+                    roughness: None,
                 })
             }
             "diffusetransmission" => self.diffuse_transmission(entity),

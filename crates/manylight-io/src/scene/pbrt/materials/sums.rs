@@ -249,6 +249,7 @@ fn clear_film(color: ColorInput) -> Material {
         eta: 1.0,
         specular_reflectance: WHITE,
         specular_transmittance: color,
+        roughness: None,
     }
 }
 
