@@ -15,8 +15,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two readings of the counts. Shorter times make the display smoother and cost more
-/// processor time; not measured.
+/// Time between two readings of the counts: ten pictures of the bar per second.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Time between two lines of a display without a bar.

@@ -10,12 +10,11 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time between two checks of the state of a child. Shorter intervals resolve times more finely and
-/// use more processor time; not measured.
+/// Time between two checks of the state of a child: 2 % of a run of one second.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Shortest time between the interrupt signal and the kill: a render finishes its pass and writes
-/// its image. Not measured.
+/// Shortest time between the interrupt signal and the kill: a render finishes its pass, and writes
+/// its image.
 const MIN_GRACE: Duration = Duration::from_secs(5);
 
 /// How a child process ended.

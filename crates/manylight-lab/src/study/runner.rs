@@ -15,8 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 use tempfile::TempDir;
 
-/// Longest stored error message in bytes. Longer ones are cut; not measured: it bounds the size of
-/// result files.
+/// Longest stored error message in bytes, about a page of text. Longer ones are cut.
 const MAX_MESSAGE_BYTES: usize = 4000;
 
 /// Makes the runs of a study.

@@ -33,7 +33,7 @@ use crate::texture::{Texture, TexturePoint};
 const GUIDE_RAYS: u64 = 16_384;
 
 /// Surfaces that are followed from the end of a segment to the surface around it: a bound of the
-/// work, not measured. Bodies with more layers count as empty.
+/// work. Bodies with more layers count as empty.
 const MAX_LAYERS: u32 = 64;
 
 /// A scene. Immutable, and shared by all threads.

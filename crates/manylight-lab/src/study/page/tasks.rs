@@ -11,7 +11,7 @@ use crate::document::{Document, DocumentTable, Plot, PlotLine, TableCell};
 use crate::text::three_digits;
 
 /// A stage with less than this fraction of the rendering time in all runs of a method has no row.
-/// Not measured: smaller values list more stages without influence on the time.
+/// Times of equal runs differ by more.
 const MIN_STAGE_FRACTION: f64 = 0.005;
 
 /// The tables of a task.

@@ -7,7 +7,9 @@ use crate::lanes::{Float, LANES, LaneKernel, One, Pair, Sixteen, Stored, Vector,
 use crate::simd::Isa;
 use rayon::prelude::*;
 
-/// Quadrature points per dimension for light into a denser medium; an even number. Not measured.
+/// Quadrature points per dimension for light into a denser medium; an even number. The mean radiance
+/// of a lit sphere is off by at most 7·10⁻⁵, with 16 points by 2·10⁻⁴ (alpha 0.02 to 0.7, index 1.3
+/// to 2.4, against 256 points).
 const NODES: usize = 32;
 /// Quadrature points per dimension for light into a thinner medium; an even number. Total
 /// reflection makes the integrand discontinuous; with 64 points the error is below 10⁻³.
@@ -24,7 +26,9 @@ pub(in crate::bsdf) struct Coat {
     pub internal_reflectance: f32,
 }
 
-/// Entries of a table over the cosine on [0, 1], with linear interpolation. Not measured.
+/// Entries of a table over the cosine on [0, 1], with linear interpolation. For GGX and indices of
+/// 1.3 to 2.4, its error is at most 5·10⁻⁵ from alpha 0.3 on, 6·10⁻⁴ at 0.1, and 4·10⁻³ at 0.02, but
+/// for 10⁻² in the last entry before the horizon; with half the entries, four times as much.
 pub const COSINES: usize = 64;
 
 /// Linear interpolation in a table.

