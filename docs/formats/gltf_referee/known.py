@@ -18,6 +18,11 @@ KNOWN: list[tuple[tuple[str, ...], str, str]] = [
         "theirs",
         "Blender's importer ignores `TANGENT`",
     ),
+    (
+        ("perspective znear",),
+        "approximated",
+        "the shading normal tells the sides of a surface, as in Mitsuba: smooth normals let about 1e-3 of the light into a closed ball",
+    ),
     (("base color texture linear", "emission texture linear"), "theirs", "Cycles filters sRGB values; the specification, linear ones"),
     (("normal texture scale 0.4",), "theirs", "Cycles moves the z of the normal towards 1 if the scale is below 1"),
     (("emission of a back face, doubleSided False",), "theirs", "surfaces emit on both sides, whatever the file says"),

@@ -16,15 +16,12 @@ pub struct FixedWo<'b, 's> {
     lobes: Lobes,
     /// For a plain Lambertian surface: `f`, a constant on the side of `wo`.
     lambert: Option<Rgb>,
-    /// The geometric normal on the side of `wo`, beyond which `f` is 0; `None` if a lobe transmits.
-    facing: Option<Vec3>,
 }
 
 impl<'b, 's> FixedWo<'b, 's> {
     /// `bsdf` for a fixed `wo` and set of lobes.
     #[inline]
     pub fn new(bsdf: &'b Bsdf<'s>, wo: Vec3, lobes: Lobes) -> Self {
-        let facing = (!bsdf.lets_through.any()).then(|| bsdf.facing(wo));
         let wo = bsdf.frame.to_local(wo.into());
         let lambert = bsdf
             .plain_lambert(wo)
@@ -35,16 +32,12 @@ impl<'b, 's> FixedWo<'b, 's> {
             wo: wo.into(),
             lobes,
             lambert,
-            facing,
         }
     }
 
     /// [`Bsdf::f_cos_wi`] for this `wo` and these lobes.
     #[inline]
     pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
-        if self.facing.is_some_and(|ng| ng.dot(wi) <= 0.0) {
-            return Rgb::BLACK;
-        }
         if let Some(f) = self.lambert {
             let n = Vec3::from(self.bsdf.frame.n);
             let cos = n.dot(wi) * 1.0f32.copysign(self.wo.z);

@@ -81,10 +81,6 @@ struct Directed<'s> {
     frame: Axes<Stored>,
     /// `wo` in the local frame.
     wo: Vector<Stored>,
-    /// The geometric normals on the side of `wo`, beyond which `f` is 0: the models reflect only.
-    facing: Vector<Stored>,
-    /// Whether a geometric normal is not that of the frame.
-    is_bent: bool,
     model: ModelToWo<'s>,
 }
 
@@ -156,19 +152,13 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
                 }
                 values.colors(s)
             }
-            Functions::OfModel(functions) => {
-                let values = match &functions.model {
-                    ModelToWo::Diffuse(diffuse) => {
-                        let n = functions.frame.n.in_vectors(s);
-                        diffuse.in_vectors(s).f_cos_wi(n.dot(wi))
-                    }
-                    _ => values(functions, wi),
-                };
-                match functions.is_bent {
-                    true => values.within(functions.facing.in_vectors(s).dot(wi).gt(0.0)),
-                    false => values,
+            Functions::OfModel(functions) => match &functions.model {
+                ModelToWo::Diffuse(diffuse) => {
+                    let n = functions.frame.n.in_vectors(s);
+                    diffuse.in_vectors(s).f_cos_wi(n.dot(wi))
                 }
-            }
+                _ => values(functions, wi),
+            },
         }
     }
 
@@ -205,15 +195,13 @@ struct LitLeaf<'b, 's> {
     side: Float<One>,
     /// `wo` in the shading frame on that side: above the surface.
     wo: Vector<One>,
-    /// The geometric normal on the side of `wo`.
-    facing: Vec3,
 }
 
 impl<'b, 's> LitLeaf<'b, 's> {
-    /// `None` where `bsdf` scatters nothing to `world`, the direction `wo` in world space.
-    fn of(bsdf: &'b Bsdf<'s>, world: Vec3) -> Option<Self> {
+    /// `None` where `bsdf` scatters nothing to `wo`.
+    fn of(bsdf: &'b Bsdf<'s>, wo: Vec3) -> Option<Self> {
         let leaf = bsdf.only_leaf()?;
-        let local = bsdf.frame.to_local(world.into());
+        let local = bsdf.frame.to_local(wo.into());
         let (side, valid) = leaf.side(local.z);
         let wo = local.scale_z(side);
         (valid & wo.z.gt(0.0)).any().then_some(LitLeaf {
@@ -221,13 +209,7 @@ impl<'b, 's> LitLeaf<'b, 's> {
             leaf,
             side,
             wo,
-            facing: bsdf.facing(world),
         })
-    }
-
-    /// Whether the geometric normal is not that of the frame.
-    fn is_bent(&self) -> bool {
-        self.facing != Vec3::from(self.frame().n)
     }
 
     fn frame(&self) -> Axes<One> {
@@ -271,8 +253,6 @@ impl<'s> Directed<'s> {
         Directed {
             frame: lit.frame().in_lanes(s),
             wo: wo.in_lanes(s),
-            facing: Vector::<One>::from(lit.facing).in_lanes(s),
-            is_bent: lit.is_bent(),
             model,
         }
     }
@@ -295,8 +275,6 @@ impl<'s> Directed<'s> {
                 n: zero,
             },
             wo: zero,
-            facing: zero,
-            is_bent: false,
             model: ModelToWo::Diffuse(CacheAligned(
                 (black.with_wo(Lobes::NONE.into(), 0.0.into())).in_lanes(Portable),
             )),
@@ -308,8 +286,6 @@ impl<'s> Directed<'s> {
         let (wo, lobes, weight) = (lit.wo, lobes.into(), lit.leaf.weight);
         self.frame.set_lane(i, lit.frame());
         self.wo.set_lane(i, wo);
-        self.facing.set_lane(i, lit.facing.into());
-        self.is_bent |= lit.is_bent();
         match (&mut self.model, &lit.leaf.model) {
             (ModelToWo::Diffuse(all), Model::Diffuse(m)) => {
                 all.set_lane(i, m.with_wo(lobes, weight));

@@ -86,7 +86,6 @@ fn without_leaves<'s, S: Width>(x: &SurfacePoints<S>) -> Bsdf<'s, S> {
         pass_through: [Float::splat(s, 0.0); 2],
         is_transparent: false,
         transmits: Mask::splat(s, false),
-        lets_through: Mask::splat(s, false),
         classes: Classes::splat(s, Lobes::NONE),
         is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
     }
@@ -313,9 +312,6 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
             bsdf.classes = bsdf.classes.or(leaf.lobes);
             bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
             bsdf.transmits |= leaf.model.transmits();
-            let is_clear = Mask::splat(leaf.width(), leaf.model.is_clear());
-            let lets_through = leaf.model.transmits() | is_clear;
-            bsdf.lets_through |= lets_through & leaf.weight.gt(0.0);
             if let Some(tilt) = &leaf.tilt {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
                 bsdf.is_defensive |= cos.lt(ALIGNED_COSINE) & tilt.is_tilted;

@@ -35,8 +35,6 @@ pub struct Bsdf<'s, S: Width = One> {
     pub(super) is_transparent: bool,
     /// The lanes in which a finite lobe transmits.
     pub(super) transmits: Mask<S>,
-    /// The lanes in which a lobe transmits, delta lobes included.
-    pub(super) lets_through: Mask<S>,
     /// The classes of all lobes with positive weight.
     pub(super) classes: Classes<S>,
     /// The lanes in which photon walks need defensive sampling: some normal in use is not the
@@ -107,9 +105,8 @@ impl<'s> Bsdf<'s> {
 
     /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading
     /// frame. With this definition all other formulas use geometric cosines. Whether `wi` and `wo`
-    /// are on the same side is decided by the shading normal `ns`, as in Mitsuba's path tracer, and
-    /// where no lobe transmits, by the geometric normal as well: light does not pass opaque
-    /// surfaces. Transmission scales radiance by η².
+    /// are on the same side is decided by the shading normal `ns`, as in Mitsuba's path tracer.
+    /// Transmission scales radiance by η².
     pub fn f(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         let cos = wi.dot(self.ng.into()).abs();
         if cos == 0.0 {
@@ -123,11 +120,10 @@ impl<'s> Bsdf<'s> {
         if !self.lobes().has(lobes.and(Lobes::FINITE)) {
             return Rgb::BLACK;
         }
-        let (wi, wo) = (wi.into(), wo.into());
-        if !self.may_connect(wi, wo).any() {
-            return Rgb::BLACK;
-        }
-        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        let (wi, wo) = (
+            self.frame.to_local(wi.into()),
+            self.frame.to_local(wo.into()),
+        );
         self.values_local(wi, wo, lobes.into()).sum().into()
     }
 
@@ -136,28 +132,20 @@ impl<'s> Bsdf<'s> {
         self.f(wi, wo, lobes) * wo.dot(self.ng.into()).abs()
     }
 
-    /// The geometric normal on the side of `w`.
-    #[inline]
-    pub(super) fn facing(&self, w: Vec3) -> Vec3 {
-        let ng = Vec3::from(self.ng);
-        ng * 1.0f32.copysign(ng.dot(w))
-    }
-
     /// Density of [`Bsdf::sample_wi`] per solid angle, without delta lobes.
     pub fn pdf_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        let (wi, wo) = (wi.into(), wo.into());
-        let connected = self.may_connect(wi, wo);
-        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
-        let pdf = self.pdf_local(Given::Wo, wo, wi, lobes.into());
-        connected.select(pdf, 0.0).get()
+        let (wi, wo) = (
+            self.frame.to_local(wi.into()),
+            self.frame.to_local(wo.into()),
+        );
+        self.pdf_local(Given::Wo, wo, wi, lobes.into()).get()
     }
 
     /// Density of [`Bsdf::sample_wo`] per solid angle, without delta lobes.
     pub fn pdf_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        let (wi, wo) = (wi.into(), wo.into());
-        let (given, other) = (self.frame.to_local(wi), self.frame.to_local(wo));
-        let pdf = self.pdf_wo_local(given, wo, other, lobes.into());
-        self.may_connect(wi, wo).select(pdf, 0.0).get()
+        let (given, wo) = (self.frame.to_local(wi.into()), wo.into());
+        let other = self.frame.to_local(wo);
+        self.pdf_wo_local(given, wo, other, lobes.into()).get()
     }
 
     /// Fraction of light that passes straight through along `w`, as if there were no surface (mask,
@@ -166,8 +154,8 @@ impl<'s> Bsdf<'s> {
         self.transmittances(w.into()).map_or(Rgb::BLACK, Rgb::from)
     }
 
-    /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`, see [`Bsdf::f`]:
-    /// incident flux Φ gives the radiant intensity `Φ a(wi) b(wo) |wo·ng| / π`.
+    /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`: incident flux Φ
+    /// gives the radiant intensity `Φ a(wi) b(wo) |wo·ng| / π`.
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
         self.diffuse_weights(wi.into()).into()
     }
@@ -227,14 +215,6 @@ impl<'s, S: Width> Bsdf<'s, S> {
             least = least.min(leaf.model.glossy_width());
         }
         least
-    }
-
-    /// The lanes in which light may be scattered between two directions in world space: those in
-    /// which a lobe transmits, and those in which both directions are on one side of the geometric
-    /// surface. The shading normal alone would let light through opaque surfaces.
-    #[inline(always)]
-    pub(super) fn may_connect(&self, wi: Vector<S>, wo: Vector<S>) -> Mask<S> {
-        (wi.dot(self.ng) * wo.dot(self.ng)).gt(0.0) | self.lets_through
     }
 
     /// [`Bsdf::lobes`] of each lane.
@@ -302,10 +282,9 @@ impl<'s, S: Width> Bsdf<'s, S> {
 
     #[inline(always)]
     fn direct_responses_inlined(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
-        let connected = self.may_connect(wi, wo);
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
         if let Some(lambert) = self.plain_lambert(wo) {
-            let pdf = connected.select(lambert.pdf(wi), 0.0);
+            let pdf = lambert.pdf(wi);
             return DirectResponses {
                 non_specular: lambert.albedo * pdf,
                 near_delta: Color::black(self.width()),
@@ -313,7 +292,7 @@ impl<'s, S: Width> Bsdf<'s, S> {
             };
         }
         let all = Classes::splat(self.width(), Lobes::ALL);
-        let Response { values, pdf } = self.respond_local(wi, wo, all).within(connected);
+        let Response { values, pdf } = self.respond_local(wi, wo, all);
         DirectResponses {
             non_specular: values.diffuse + values.glossy,
             near_delta: values.near_delta,
@@ -328,16 +307,15 @@ impl<'s, S: Width> Bsdf<'s, S> {
         wo: Vector<S>,
         lobes: Lobes,
     ) -> (Color<S>, Float<S>) {
-        let connected = self.may_connect(wi, wo);
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
         if lobes.has(Lobes::DIFFUSE)
             && let Some(lambert) = self.plain_lambert(wo)
         {
-            let pdf = connected.select(lambert.pdf(wi), 0.0);
+            let pdf = lambert.pdf(wi);
             return (lambert.albedo * pdf, pdf);
         }
         let lobes = Classes::splat(self.width(), lobes);
-        let Response { values, pdf } = self.respond_local(wi, wo, lobes).within(connected);
+        let Response { values, pdf } = self.respond_local(wi, wo, lobes);
         (values.sum(), pdf)
     }
 

@@ -115,12 +115,6 @@ impl<'s, S: Width> Model<'s, S> {
         alpha.lt(NEAR_DELTA_ALPHA).select(1.0, alpha.min(1.0))
     }
 
-    /// Whether light passes without scattering: refracted, or straight through.
-    #[inline(always)]
-    pub(super) fn is_clear(&self) -> bool {
-        matches!(self, Model::SmoothDielectric(_) | Model::ThinDielectric(_))
-    }
-
     /// `b(wo)` of the `DIFFUSE` lobe.
     #[inline(always)]
     pub(super) fn exit_transmittance(&self) -> ExitTransmittance<'s> {

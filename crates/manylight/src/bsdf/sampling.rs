@@ -89,7 +89,8 @@ impl Bsdf<'_> {
         if self.lobes().and(lobes) == Lobes::DIFFUSE
             && matches!(self.exit_transmittance(), ExitTransmittance::Lambert)
         {
-            return self.diffuse_weight(wi) * self.reached_fraction(wi);
+            // |wo·ng| / π integrates to 1 over any hemisphere, also over that around ns.
+            return self.diffuse_weight(wi);
         }
         let sum: Rgb = (0..ALBEDO_SAMPLES)
             .filter_map(|i| {
@@ -103,20 +104,6 @@ impl Bsdf<'_> {
             .map(|sample| sample.weight)
             .sum();
         sum / ALBEDO_SAMPLES as f32
-    }
-}
-
-impl Bsdf<'_> {
-    /// ∫ |wo·ng| / π over the directions to which Lambert's model may reflect light from `wi`. Over
-    /// the hemisphere around any axis it is 1. Opaque surfaces leave the common part of those around
-    /// the shading and the geometric normal, which projects to a half disc and a half ellipse.
-    fn reached_fraction(&self, wi: Vec3) -> f32 {
-        if self.lets_through.any() {
-            return 1.0;
-        }
-        let ns = Vec3::from(self.frame.n);
-        let facing = ns * 1.0f32.copysign(ns.dot(wi));
-        0.5 * (1.0 + facing.dot(self.facing(wi)))
     }
 }
 
@@ -149,12 +136,10 @@ impl<S: Width> Bsdf<'_, S> {
         if lobes.has(Lobes::DIFFUSE)
             && let Some(lambert) = self.plain_lambert(given)
         {
-            let sample = lambert.sample(&self.frame, u.direction);
-            let valid = sample.valid & self.may_connect(sample.w, wo);
-            return BsdfSamples { valid, ..sample };
+            return lambert.sample(&self.frame, u.direction);
         }
         let lobes = Classes::splat(self.width(), lobes);
-        let drawn = self.draw_wi(wo, given, u, lobes);
+        let drawn = self.draw_wi(given, u, lobes);
         let Response { values, pdf } = if drawn.is_finite().any() {
             self.respond_local(drawn.local, given, lobes)
         } else {
@@ -257,16 +242,10 @@ impl<S: Width> Bsdf<'_, S> {
         (defends & all.gt(0.0)).select(share, 0.0)
     }
 
-    /// Samples a direction `wi` given `wo` in world space and in the shading frame (`local`).
-    /// Finite directions have the density [`Bsdf::pdf_wi`].
+    /// Samples a direction `wi` given `wo` in the shading frame. Finite directions have the density
+    /// [`Bsdf::pdf_wi`].
     #[inline(always)]
-    pub(super) fn draw_wi(
-        &self,
-        wo: Vector<S>,
-        local: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> Drawn<S> {
+    pub(super) fn draw_wi(&self, local: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> Drawn<S> {
         let LeafSample {
             sample,
             share,
@@ -275,14 +254,13 @@ impl<S: Width> Bsdf<'_, S> {
         // Refraction scales radiance by the squared index of the side that it enters over that of
         // the side that it leaves.
         let scale = weight / (share * sample.probability * sample.eta * sample.eta);
-        let w = self.frame.to_world(sample.w);
         Drawn {
-            w,
+            w: self.frame.to_world(sample.w),
             local: sample.w,
             eta: sample.eta,
             is_delta: sample.is_delta,
             delta_weight: sample.fraction * scale,
-            valid: sample.valid & self.may_connect(w, wo),
+            valid: sample.valid,
         }
     }
 
@@ -314,7 +292,7 @@ impl<S: Width> Bsdf<'_, S> {
             eta: sample.eta,
             is_delta: sample.is_delta,
             delta_weight: sample.fraction * scale,
-            valid: sample.valid & self.may_connect(wi, w),
+            valid: sample.valid,
         };
         if defends.none() {
             return drawn;
@@ -326,7 +304,7 @@ impl<S: Width> Bsdf<'_, S> {
             eta: defends.select(1.0, drawn.eta),
             is_delta: drawn.is_delta & !defends,
             delta_weight: drawn.delta_weight,
-            valid: (drawn.valid & !defends) | (defends & self.may_connect(wi, w)),
+            valid: drawn.valid | defends,
         }
     }
 

@@ -7,7 +7,6 @@ mod adjoint;
 mod agreement;
 mod bidirectional;
 mod blocks;
-mod closed_bodies;
 mod common;
 mod compensation;
 mod coverage;

@@ -18,10 +18,14 @@ fn samplers_follow_their_densities() {
         .par_iter()
         .flat_map_iter(|case| {
             let mut failures = Vec::new();
-            for ng in normals() {
+            for (n, ng) in normals().into_iter().enumerate() {
                 let bsdf = case.bsdf(ng);
                 for (m, mask) in masks(&bsdf).into_iter().enumerate() {
                     for end in [Given::Wo, Given::Wi] {
+                        // The geometric normal makes no difference to camera walks.
+                        if n == 1 && end == Given::Wo {
+                            continue;
+                        }
                         let given =
                             Vec3::new(0.5, 0.3, if m % 2 == 0 { 0.7 } else { -0.2 }).normalize();
                         for given in [given, Vec3::new(given.x, -given.y, -given.z)] {
@@ -48,7 +52,7 @@ fn test_sampler(bsdf: &Bsdf, end: Given, given: Vec3, mask: Lobes) -> chi_square
         let given = given.into();
         let local = bsdf.frame.to_local(given);
         let drawn = match end {
-            Given::Wo => bsdf.draw_wi(given, local, u.into(), mask.into()),
+            Given::Wo => bsdf.draw_wi(local, u.into(), mask.into()),
             Given::Wi => bsdf.draw_wo(given, local, u.into(), mask.into()),
         };
         (drawn.valid & !drawn.is_delta)
