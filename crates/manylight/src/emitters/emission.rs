@@ -141,7 +141,7 @@ impl EmissionGuide {
 
     /// By emitter, in proportion to its probability by power. Guided photons of infinite lights have
     /// less flux by the gain of their guide.
-    fn weights(&self, emitters: &Emitters) -> Vec<f32> {
+    pub(super) fn weights(&self, emitters: &Emitters) -> Vec<f32> {
         let powers = emitters.powers.iter();
         let mut weights: Vec<f32> = powers.map(|p| p.selection_weight()).collect();
         if let Some(guides) = &self.infinite {
@@ -150,6 +150,18 @@ impl EmissionGuide {
             }
         }
         weights
+    }
+
+    /// The probability of each emitter.
+    pub(super) fn probabilities(&self, emitters: &Emitters) -> Vec<f32> {
+        let count = emitters.emitters.len();
+        let by_emitter = match &self.choice {
+            EmitterChoice::ByPower => &emitters.by_power,
+            EmitterChoice::ByGuidedPower(choice) => choice,
+            EmitterChoice::Units(choice) => return choice.probabilities(count),
+        };
+        let probability = |i| by_emitter.as_ref().map_or(0.0, |choice| choice.pmf(i));
+        (0..count).map(probability).collect()
     }
 
     /// Chooses an emitter and an element of it.

@@ -138,6 +138,15 @@ impl EmissionCells {
 }
 
 impl UnitChoice {
+    /// The probability of each of `count` emitters.
+    pub(super) fn probabilities(&self, count: usize) -> Vec<f32> {
+        let mut probabilities = vec![0.0; count];
+        for (i, unit) in self.units.iter().enumerate() {
+            probabilities[unit.emitter.index()] += self.choice.pmf(i);
+        }
+        probabilities
+    }
+
     /// A unit, and its probability.
     pub(super) fn sample(&self, u: f32) -> (EmissionUnit, f32) {
         let (index, pmf) = self.choice.sample(u);

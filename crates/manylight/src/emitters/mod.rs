@@ -19,6 +19,7 @@ mod emitter_tree;
 mod environment_lobes;
 mod infinite;
 mod point;
+mod ray_density;
 mod receivers;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ pub use direct::{DirectSample, DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use emission_cells::EmissionCells;
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
+pub use ray_density::RayDensities;
 pub use receivers::Receivers;
 
 use crate::color::Rgb;

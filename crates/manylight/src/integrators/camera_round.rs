@@ -11,7 +11,7 @@ use crate::color::Rgb;
 use crate::emitters::EnvironmentLobes;
 use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::geometry::{Ray, SurfacePoint};
-use crate::ids::MaterialId;
+use crate::ids::{EmitterId, MaterialId};
 use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, SobolSequences, Stream};
@@ -50,6 +50,24 @@ pub(super) struct FirstPart {
     /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if
     /// this one is not in them.
     pub(super) surface_share: f32,
+}
+
+/// Emission that a camera path sees at its end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenEmission {
+    /// Throughput of the path.
+    pub(super) throughput: Rgb,
+    /// Emitted radiance times its MIS weight, in W/(m² sr).
+    pub(super) radiance: Rgb,
+    /// Whose surface it is; `None` for the environment.
+    pub(super) emitter: Option<EmitterId>,
+}
+
+impl SeenEmission {
+    /// The radiance at the camera, in W/(m² sr).
+    pub(super) fn at_camera(&self) -> Rgb {
+        self.throughput * self.radiance
+    }
 }
 
 /// Paths that carry nothing else.
@@ -309,13 +327,12 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         self.walks.event(i) == Lobes::NONE && self.walks.payload[i as usize].first().is_some()
     }
 
-    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment
-    /// along it, weighted by throughput and MIS, in W/(m² sr). `guide` as in [`see_environment`].
-    /// Adds the first events of these paths.
+    /// Calls `visit` with each path that leaves the scene, and what it sees of the environment.
+    /// `guide` as in [`see_environment`]. Adds the first events of these paths.
     pub(super) fn leave<'g>(
         &self,
         guide: impl Fn(u32) -> Option<&'g EnvironmentLobes>,
-        mut visit: impl FnMut(&T, Rgb, &mut TileSamples),
+        mut visit: impl FnMut(&T, SeenEmission, &mut TileSamples),
         out: &mut TileSamples,
     ) {
         let (walks, escaped) = (self.walks, &self.arrivals.escaped);
@@ -327,8 +344,12 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             guide,
             |i, radiance| {
                 if !radiance.is_black() {
-                    let path = &walks.payload[i as usize];
-                    visit(path, walks.throughput_of(i) * radiance, out);
+                    let seen = SeenEmission {
+                        throughput: walks.throughput_of(i),
+                        radiance,
+                        emitter: None,
+                    };
+                    visit(&walks.payload[i as usize], seen, out);
                 }
             },
         );
@@ -340,14 +361,13 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit
-    /// along them, weighted by throughput and MIS, in W/(m² sr).
+    /// Calls `visit` with the paths in the lanes `emits`, and what they see of the surfaces.
     #[inline(always)]
     pub(super) fn see_emitters<S: Width>(
         &self,
         v: &Vertices<S>,
         emits: Bits,
-        mut visit: impl FnMut(&T, Rgb),
+        mut visit: impl FnMut(&T, SeenEmission),
     ) {
         if emits == 0 {
             return;
@@ -360,8 +380,14 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         let radiance = radiance.store();
         for i in set_bits(lit) {
             let walk = v.index.as_ref()[i];
-            let radiance = walks.throughput_of(walk) * Rgb::from(lane(&radiance, i));
-            visit(&walks.payload[walk as usize], radiance);
+            let hit = self.arrivals.hits[walk as usize];
+            let primitives = self.scene.geometry.primitives();
+            let seen = SeenEmission {
+                throughput: walks.throughput_of(walk),
+                radiance: Rgb::from(lane(&radiance, i)),
+                emitter: hit.and_then(|hit| primitives[hit.at.primitive.index()].emitter),
+            };
+            visit(&walks.payload[walk as usize], seen);
         }
     }
 

@@ -94,6 +94,11 @@ impl<'m, 'a, 's, P: OnSurface + Sync> ArrivingPhotons<'m, 'a, 's, P> {
         }
     }
 
+    /// Radius of the kernel, in m.
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
     /// The covered fraction `c` of the kernel, by `probes` short rays.
     pub fn covered(&self, geometry: &Geometry, probes: u32) -> f32 {
         covered_fraction(geometry, self.receiver, self.radius, probes, self.at.wo)

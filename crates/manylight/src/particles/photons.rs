@@ -3,7 +3,7 @@
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::EmissionGuide;
+use crate::emitters::{EmissionGuide, RayDensities};
 use crate::geometry::SurfaceRef;
 use crate::lanes::{Width, lane};
 use crate::math::Vec3;
@@ -45,6 +45,9 @@ pub struct Photon {
     /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the
     /// emitter.
     pub origin: Lobes,
+    /// Density of photons at the ray from the emitter, in 1/(m² sr); infinite for points, spots,
+    /// parallel light and invisible surfaces, which no camera path finds.
+    pub ray_density: f32,
 }
 
 impl AsRef<Photon> for Photon {
@@ -96,6 +99,7 @@ pub fn trace_photons(
     let tracer = PathTracer {
         scene,
         guide,
+        densities: RayDensities::new(guide, &scene.emitters, path_count),
         limits,
         path_fraction: 1.0 / path_count as f32,
         segments_added,
@@ -107,6 +111,7 @@ pub fn trace_photons(
 struct PathTracer<'a, F> {
     scene: &'a Scene,
     guide: &'a EmissionGuide,
+    densities: RayDensities,
     limits: PathLimits,
     /// One over the number of paths.
     path_fraction: f32,
@@ -119,6 +124,8 @@ struct PhotonPath {
     index: u32,
     /// See [`Photon::origin`].
     origin: Lobes,
+    /// See [`Photon::ray_density`].
+    ray_density: f32,
 }
 
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
@@ -147,7 +154,14 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
             if let Some(start) = start {
                 let origin = Lobes::NONE;
                 let flux = (start.flux * self.path_fraction).to_array();
-                let path = PhotonPath { index, origin };
+                let surfaces = (&scene.geometry, &scene.textures[..]);
+                let densities = &self.densities;
+                let ray_density = densities.of_sample(&scene.emitters, surfaces, &start);
+                let path = PhotonPath {
+                    index,
+                    origin,
+                    ray_density,
+                };
                 walks.push(WalkRow::start(start.ray, flux, sampler, path));
             }
         }
@@ -211,6 +225,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
                 depth: v.segments.as_ref()[i].min(u32::from(u16::MAX)) as u16,
                 event: previous.event,
                 origin: path.origin,
+                ray_density: path.ray_density,
             };
             self.stored.push((path.index, photon));
         }

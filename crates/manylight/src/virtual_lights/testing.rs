@@ -31,6 +31,7 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
         depth: 1,
         event: Lobes::NONE,
         origin: Lobes::NONE,
+        ray_density: 1.0,
     }
 }
 

@@ -14,6 +14,7 @@ mod determinism;
 mod emission_guiding;
 mod frosted_glass;
 mod furnace;
+mod glossy_caustics;
 mod hidden_emitters;
 mod interim;
 mod interleaving;

@@ -191,3 +191,61 @@ fn the_guide_brings_photons_through_windows_and_changes_no_flux() {
     let flux = flux_through(&world, Vec3::new(0.3, 0.0, -0.5), 0.5, 60_000);
     check_flux("room", flux);
 }
+
+#[test]
+fn ray_densities_are_those_of_photons() {
+    // Over photons of one emitter, the sum of the inverse of their density is the measure of the
+    // rays: π A of a lamp, and 4π times the cross-section of the scene of a sky.
+    let lamp = Placed::new(
+        Shape::Mesh(Mesh::rectangle()),
+        Affine3A::from_scale(Vec3::splat(0.5)),
+    );
+    let World {
+        geometry,
+        textures,
+        emitters,
+        guide,
+    } = world(vec![lamp], infinite_emitters()[..1].to_vec());
+    let powers = [0, 1].map(|i| emitters.power(EmitterId::from(i)).g);
+    let radiances = [2.0, 0.3];
+    let cells = guide.cells(&emitters);
+    let uneven = guide.clone().with_shares(&cells, &[0.9, 0.1]);
+    let count = 40_000;
+    for guide in [guide, uneven] {
+        let densities = RayDensities::new(&guide, &emitters, count);
+        let mut numbers = Sampler::new(16, 0, Stream::Test, 0);
+        let mut measures = [0.0f64; 2];
+        for _ in 0..count {
+            let u = numbers.next_emission();
+            let Some(sample) = guide.sample(&emitters, &geometry, &textures, u) else {
+                continue;
+            };
+            let density = densities.of_sample(&emitters, (&geometry, &textures), &sample);
+            measures[sample.emitter.index()] += f64::from(1.0 / density);
+        }
+        for ((measure, power), radiance) in measures.iter().zip(powers).zip(radiances) {
+            let ratio = measure / f64::from(power / radiance);
+            assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+        }
+    }
+}
+
+#[test]
+fn emitters_that_no_ray_finds_have_infinite_densities() {
+    let point = Emitter::Point {
+        position: Vec3::Z,
+        intensity: Rgb::WHITE,
+    };
+    let radiance = ColorInput::Constant(Rgb::WHITE);
+    let hidden = [
+        point,
+        infinite_emitters()[1].clone(),
+        Emitter::InvisibleArea { radiance },
+    ];
+    let world = world(Vec::new(), hidden.to_vec());
+    let densities = RayDensities::new(&world.guide, &world.emitters, 10);
+    for (i, emitter) in hidden.iter().enumerate() {
+        let density = densities.at(Some(EmitterId::from(i)), Rgb::WHITE);
+        assert!(density.is_infinite(), "{emitter:?}");
+    }
+}

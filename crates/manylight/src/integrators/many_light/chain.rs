@@ -2,11 +2,11 @@
 //! surfaces before a glossy lobe.
 //!
 //! Lights are gathered at the surface behind a chain. Caustic photons carry the same light;
-//! `density_estimates.rs` says which part of it they account for. Light that emitters send through
-//! a chain is estimated by photons: emitters may be small.
+//! `density_estimates.rs` says which part of it they account for: of the light of surfaces, and of
+//! emitters.
 
 use super::compensation::MAX_SURVIVAL;
-use super::density_estimates::{caustics_are_dense, photon_fraction};
+use super::density_estimates::densities_at_direction;
 use super::gather_point::{GatherPath, GatherRole, TileGather};
 use super::paths::{Chain, Direction, PathNumber, PathPart, PathState, Prefix, SPLIT};
 use crate::bsdf::{Lobes, Numbers};
@@ -14,7 +14,6 @@ use crate::color::Rgb;
 use crate::integrators::camera_round::Arrived;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Float, Pair, Width, lane};
-use crate::maps::density::DensityReceiver;
 use crate::math::{Vec2, Vec3};
 use crate::simd::set_bits;
 use crate::transport::stream::{Bits, Walks, lanes_where};
@@ -75,6 +74,7 @@ pub(super) fn follow<S: Width>(
         }
     });
     let branch = |i: usize| &all.as_ref()[i];
+    let w = |i: usize| -Vec3::from(lane(&w_prev, i));
     let scaled = at.throughput * Color::from_fn(s, |i| branch(i).scale);
     let survival_factor = Float::from_fn(s, |i| branch(i).survival_factor);
     let max_survival = Float::from_fn(s, |i| branch(i).max_survival);
@@ -91,8 +91,13 @@ pub(super) fn follow<S: Width>(
         let segments = (at.v).next_camera_segments(&samples, throughput / survival, eta_squared);
         for i in set_bits(lanes & survives.bits()) {
             let sampler = at.generators.draw(i, |sampler| sampler.branch());
-            let path = branch_path(tile, &at.paths.as_ref()[i], branch(i), k);
-            next.push(segments.row(i, sampler, path));
+            let path = branch_path(tile, (&at.paths.as_ref()[i], w(i)), branch(i), k);
+            let mut row = segments.row(i, sampler, path);
+            if path.chain().is_some() {
+                // Chains have no next-event estimation that shares the light of emitters.
+                row.previous.event = Lobes::DELTA;
+            }
+            next.push(row);
         }
     }
 }
@@ -139,7 +144,7 @@ fn event_numbers<S: Width>(
 
 /// How a path continues from a vertex with specular lobes, at which it arrives along the unit
 /// direction `w`.
-fn branches(tile: &mut TileGather, path: &PathState, w: Vec3) -> Branches {
+fn branches(tile: &TileGather, path: &PathState, w: Vec3) -> Branches {
     match &path.part {
         PathPart::Prefix(prefix) => {
             let count = match prefix.number {
@@ -163,14 +168,8 @@ fn branches(tile: &mut TileGather, path: &PathState, w: Vec3) -> Branches {
     }
 }
 
-/// The first event of a chain. It accounts for the part that glossy lobes reflect, less that of
-/// caustic photons.
-fn first_of_chain(
-    tile: &mut TileGather,
-    stage: PathStage,
-    direction: &Direction,
-    w: Vec3,
-) -> Branches {
+/// The first event of a chain, which accounts for what glossy lobes reflect.
+fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction, w: Vec3) -> Branches {
     let point = &tile.points[direction.from as usize];
     let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
     if !bsdf.lobes().has(Lobes::GLOSSY) {
@@ -180,29 +179,38 @@ fn first_of_chain(
     let glossy_fraction = f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
         if all > 0.0 { part / all } else { 0.0 }
     });
-    let receiver = DensityReceiver {
-        p: point.at.x.p,
-        n: point.at.x.normal_towards(w),
-    };
-    let found = &mut tile.found_caustics;
-    let by_photons = match caustics_are_dense(tile.prepared, receiver, &point.path, found) {
-        true => photon_fraction(direction.f_cos),
-        false => 0.0,
-    };
     let (survival_factor, max_survival) = match stage {
         PathStage::AfterX => (FIRST_SURVIVAL_FACTOR, 1.0),
         _ => (1.0, MAX_SURVIVAL),
     };
     Branches {
         count: 1,
-        scale: glossy_fraction * (1.0 - by_photons),
+        scale: glossy_fraction,
         survival_factor: survival_factor / point.path.first_weight,
         max_survival,
     }
 }
 
-/// Branch `k` of `branches`, which continue `path`.
-fn branch_path(tile: &TileGather, path: &PathState, branches: &Branches, k: u32) -> PathState {
+/// The chain that continues a direction, which arrives along the unit vector `w`.
+fn first_part(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
+    let point = &tile.points[direction.from as usize];
+    let (prepared, found) = (tile.prepared, &mut tile.found_caustics);
+    let along = (w, direction.f_cos);
+    Chain {
+        densities: densities_at_direction(prepared, point, along, found),
+        first_weight: point.path.first_weight,
+        max_photon_radius: direction.max_photon_radius,
+    }
+}
+
+/// Branch `k` of `branches`, which continue `path` from a vertex at which it arrives along the unit
+/// vector `w`.
+fn branch_path(
+    tile: &mut TileGather,
+    (path, w): (&PathState, Vec3),
+    branches: &Branches,
+    k: u32,
+) -> PathState {
     let part = match path.part {
         PathPart::Prefix(prefix) if branches.count > 1 => PathPart::Prefix(Prefix {
             number: prefix.number.map(|number| PathNumber {
@@ -211,10 +219,7 @@ fn branch_path(tile: &TileGather, path: &PathState, branches: &Branches, k: u32)
             }),
             ..prefix
         }),
-        PathPart::Direction(direction) => PathPart::Chain(Chain {
-            first_weight: tile.points[direction.from as usize].path.first_weight,
-            max_photon_radius: direction.max_photon_radius,
-        }),
+        PathPart::Direction(direction) => PathPart::Chain(first_part(tile, &direction, w)),
         PathPart::Prefix(_) | PathPart::Chain(_) => path.part,
     };
     PathState {
@@ -242,6 +247,10 @@ pub(super) fn end<'s, S: Width>(
         let Some(chain) = path.chain() else {
             continue;
         };
+        let survival = chain.densities.surface_fraction();
+        if at.generators.draw(i, |sampler| sampler.next_1d()) >= survival {
+            continue;
+        }
         let vertex = at.vertex(scene, &values, i);
         let path = GatherPath {
             pixel: path.pixel,

@@ -1,14 +1,20 @@
 //! Density estimates over photons at gather points: caustics, and compensation photons.
 //!
-//! Caustic photons and sampled directions share what glossy lobes see by specular chains. Both can
-//! find the light that other surfaces send through specular events. On a lobe of low roughness
-//! single photons show, while directions find small mirrors rarely. Photons count the fraction
-//! [`photon_fraction`] of the light of a path where [`are_dense`] holds, and directions the rest:
+//! Caustic photons and chains of directions share what glossy lobes see by specular events. On a
+//! lobe of low roughness single photons show, while directions find small mirrors and small
+//! emitters rarely. Both account for a part of each path, by the balance heuristic:
 //! docs/path_partition.md.
+//!
+//! A kernel blurs what a glossy lobe reflects by the angle under which its radius is seen from the
+//! surface behind the chain. So kernels of glossy lobes are a few pixels wide.
+//!
+//! Sources: Georgiev et al., "Light Transport Simulation with Vertex Connection and Merging", 2012,
+//! and Hachisuka et al., "A Path Space Extension for Robust Light Transport Simulation", 2012.
 
 use super::PreparedPasses;
+use super::chain_densities::ChainDensities;
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
-use super::gather_point::{GatherPath, GatherPoint};
+use super::gather_point::{DIRECTIONS, GatherPath, GatherPoint, GatherRole};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::integrators::partition::PathStage;
@@ -20,16 +26,16 @@ use crate::maps::{
 };
 use crate::math::Vec3;
 use crate::particles::Photon;
+use std::f32::consts::PI;
 
-/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense
-/// enough for glossy lobes. Measured at 3 and 8, over 2 passes at 320x180: the variance of caustics
-/// in the Disco is 0.017 of relMSE for both, and 0.0016 and 0.0011 of means of 16x16 pixels; with
-/// directions for all glossy light 0.020 and 0.0011. With 24, photons hardly count.
-const DENSE_PHOTONS: f32 = 8.0;
-/// Largest `f cosθ`, in 1/sr, up to which photons account for all light that a glossy lobe sees by
-/// a specular chain, where photons are dense. Diffuse surfaces reflect at most `1/π`. Measured at 1
-/// and 4, over 2 passes at 320x180: the same variance of caustics in the Disco within 2 %.
-const CAUSTIC_PHOTON_LIMIT: f32 = 1.0;
+/// Largest radius of a kernel of glossy lobes, relative to that of diffuse lobes: 8 pixel widths at
+/// the first gather points of camera paths. At half and double (2 passes at 256x144 and 192x192;
+/// kitchen and staircase2 of third parties): error after Open Image Denoise -1.2 and +1.1 %, -1.7
+/// and +1.7 %; classroom at double -0.9 %. Half leaves a quarter of the photons in a kernel for light
+/// that photons alone find.
+const GLOSSY_RADIUS_FRACTION: f32 = 1.0 / 9.0;
+/// Smallest cosine by which densities are divided.
+const MIN_COS: f32 = 1e-4;
 /// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. At 36 and
 /// 144 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, Garage): the same picture.
 /// In pictures as small as these, the bound by the diagonal is smaller.
@@ -39,43 +45,52 @@ const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// (standard error 2 %).
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
-/// Fraction of the light reflected by glossy lobes for which caustic photons account, where photons
-/// are dense and the non-specular lobes reflect it with `f_cos`, in 1/sr.
-pub(super) fn photon_fraction(f_cos: Rgb) -> f32 {
-    (CAUSTIC_PHOTON_LIMIT / f_cos.max_channel()).min(1.0)
-}
-
-/// Whether directions may account for the light of a caustic photon, too: other surfaces have
-/// reflected it.
-fn is_shared_with_directions(photon: &Photon) -> bool {
+/// Whether virtual lights carry the light of a caustic photon to the surface behind the chain:
+/// other surfaces have reflected it. Light of the others is emitted behind the chain.
+fn is_of_surface(photon: &Photon) -> bool {
     photon.origin != Lobes::NONE
 }
 
-/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass
-/// to pass.
-fn are_dense(near: u32, bandwidth: Bandwidth) -> bool {
-    near as f32 >= DENSE_PHOTONS * bandwidth.share * bandwidth.share
+/// The densities at the gather point from which a direction along the unit vector `w` comes.
+pub(super) fn densities_at_direction(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    (w, f_cos): (Vec3, Rgb),
+    found: &mut Neighbors,
+) -> ChainDensities {
+    let (x, path) = (&point.at.x, &point.path);
+    let receiver = DensityReceiver {
+        p: x.p,
+        n: x.normal_towards(w),
+    };
+    let (mut others, bandwidth) = (0, glossy_bandwidth(prepared, path));
+    let caustics = &prepared.caustics;
+    let radius = density_estimate(caustics, receiver, bandwidth, found, |photon, _| {
+        let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
+        others += u32::from(counts && is_of_surface(photon));
+    });
+    densities(point, (w, f_cos), (radius, others))
 }
 
-/// Whether caustic photons are dense at a receiver at the end of `path`.
-pub(super) fn caustics_are_dense(
-    prepared: &PreparedPasses,
-    receiver: DensityReceiver,
-    path: &GatherPath,
-    found: &mut Neighbors,
-) -> bool {
-    let (mut near, bandwidth) = (0, bandwidth(prepared, path));
-    density_estimate(
-        &prepared.caustics,
-        receiver,
-        bandwidth,
-        found,
-        |photon, _| {
-            let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
-            near += u32::from(counts && is_shared_with_directions(photon));
-        },
-    );
-    are_dense(near, bandwidth)
+/// The densities for light that arrives along the unit vector `wi` at a gather point, where
+/// non-specular lobes have the given `f cosθ` in 1/sr, in a kernel of this radius in m with so many
+/// other photons from surfaces.
+fn densities(
+    point: &GatherPoint,
+    (wi, f_cos): (Vec3, Rgb),
+    (radius, others): (f32, u32),
+) -> ChainDensities {
+    let count = match point.role {
+        GatherRole::FirstVertex(_) => DIRECTIONS,
+        GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
+    };
+    let cos = wi.dot(point.at.x.ng).abs().max(MIN_COS);
+    ChainDensities {
+        directions: count as f32 * f_cos.max_channel() / cos,
+        kernel: PI * radius * radius,
+        others,
+        of_emitters: direction_fraction(point.role.direction_limit(), f_cos),
+    }
 }
 
 /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that
@@ -85,33 +100,65 @@ pub(super) fn caustic_radiance(
     point: &GatherPoint,
     found: &mut Neighbors,
 ) -> Rgb {
-    let bandwidth = bandwidth(prepared, &point.path);
+    let lobes = point.at.bsdf.lobes();
+    let mut radiance = Rgb::BLACK;
+    if lobes.has(Lobes::DIFFUSE) {
+        radiance += diffuse_caustic_radiance(prepared, point, found);
+    }
+    if lobes.has(Lobes::GLOSSY) {
+        radiance += glossy_caustic_radiance(prepared, point, found);
+    }
+    radiance
+}
+
+/// The part of [`caustic_radiance`] that diffuse lobes reflect.
+fn diffuse_caustic_radiance(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    found: &mut Neighbors,
+) -> Rgb {
     let limit = point.role.direction_limit();
-    let is_glossy = point.at.bsdf.lobes().has(Lobes::GLOSSY);
-    estimate(prepared, &prepared.caustics, point, found, |arriving| {
-        let all = arriving.f_cos(Lobes::NON_SPECULAR);
-        let diffuse = match is_glossy {
-            true => arriving.f_cos(Lobes::DIFFUSE),
-            false => all.clone(),
+    let photons = (&prepared.caustics, bandwidth(prepared, &point.path));
+    estimate(prepared, photons, point, found, |arriving| {
+        let all = match limit.is_finite() {
+            true => arriving.f_cos(Lobes::NON_SPECULAR),
+            false => Vec::new(),
         };
-        let (mut sum, mut sum_where_dense, mut near) = (Rgb::BLACK, Rgb::BLACK, 0u32);
-        for ((photon, kernel), (f_cos, diffuse)) in
-            arriving.iter().zip(all.into_iter().zip(diffuse))
-        {
-            let flux = photon.flux * kernel;
-            if is_shared_with_directions(photon) {
-                sum += flux * diffuse;
-                sum_where_dense += flux * ((f_cos - diffuse) * photon_fraction(f_cos));
-                near += 1;
-            } else {
-                sum += flux * (f_cos * direction_fraction(limit, f_cos));
-            }
+        let diffuse = arriving.f_cos(Lobes::DIFFUSE);
+        let mut sum = Rgb::BLACK;
+        for (i, ((photon, kernel), diffuse)) in arriving.iter().zip(diffuse).enumerate() {
+            let fraction = match all.get(i) {
+                Some(&f_cos) if !is_of_surface(photon) => direction_fraction(limit, f_cos),
+                _ => 1.0,
+            };
+            sum += photon.flux * diffuse * (kernel * fraction);
         }
-        // Each photon counts if the others are dense without it: of a Poisson process, that has the
-        // expectation of independent photons (Mecke's equation), so that the shares of photons and
-        // directions sum to one.
-        if near > 0 && are_dense(near - 1, bandwidth) {
-            sum += sum_where_dense;
+        sum
+    })
+}
+
+/// The part of [`caustic_radiance`] that glossy lobes reflect.
+fn glossy_caustic_radiance(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    found: &mut Neighbors,
+) -> Rgb {
+    let photons = (&prepared.caustics, glossy_bandwidth(prepared, &point.path));
+    estimate(prepared, photons, point, found, |arriving| {
+        let all = arriving.f_cos(Lobes::NON_SPECULAR);
+        let glossy = arriving.f_cos(Lobes::GLOSSY);
+        let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
+        let near = of_surfaces.count() as u32;
+        let mut sum = Rgb::BLACK;
+        for ((photon, kernel), (f_cos, glossy)) in arriving.iter().zip(all.into_iter().zip(glossy))
+        {
+            let photons = (arriving.radius(), near.saturating_sub(1));
+            let densities = densities(point, (photon.wi, f_cos), photons);
+            let fraction = match is_of_surface(photon) {
+                true => 1.0 - densities.surface_fraction(),
+                false => densities.photon_emission_fraction(photon.ray_density),
+            };
+            sum += photon.flux * glossy * (kernel * fraction);
         }
         sum
     })
@@ -123,7 +170,8 @@ pub(super) fn compensation_photon_radiance(
     point: &GatherPoint,
     found: &mut Neighbors,
 ) -> Rgb {
-    let photons = &prepared.compensation_photons;
+    let bandwidth = bandwidth(prepared, &point.path);
+    let photons = (&prepared.compensation_photons, bandwidth);
     estimate(prepared, photons, point, found, |arriving| {
         let mut sum = Rgb::BLACK;
         arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
@@ -149,7 +197,7 @@ pub(super) fn compensation_photon_radiance(
 /// kernel. On transmitting surfaces light arrives on both sides, unless one of them was chosen.
 fn estimate<P: OnSurface + Sync>(
     prepared: &PreparedPasses,
-    photons: &KdTree<P>,
+    (photons, bandwidth): (&KdTree<P>, Bandwidth),
     point: &GatherPoint,
     found: &mut Neighbors,
     sum: impl Fn(&ArrivingPhotons<P>) -> Rgb,
@@ -166,7 +214,6 @@ fn estimate<P: OnSurface + Sync>(
         segments: point.path.segments,
         limits: prepared.limits,
     };
-    let bandwidth = bandwidth(prepared, &point.path);
     let probes = match point.path.stage {
         PathStage::BeforeX => COVERAGE_PROBES,
         PathStage::AfterX | PathStage::Decided(_) => COVERAGE_PROBES_INDIRECT,
@@ -191,9 +238,18 @@ fn estimate<P: OnSurface + Sync>(
 }
 
 fn bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
+    bandwidth_within(prepared, path.max_photon_radius)
+}
+
+/// The kernels of glossy lobes.
+fn glossy_bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
+    bandwidth_within(prepared, path.max_photon_radius * GLOSSY_RADIUS_FRACTION)
+}
+
+fn bandwidth_within(prepared: &PreparedPasses, radius: f32) -> Bandwidth {
     let largest = MAX_RADIUS_FRACTION * prepared.scene.geometry.bounds().diagonal();
     Bandwidth {
-        largest: path.max_photon_radius.min(largest),
+        largest: radius.min(largest),
         share: progressive_radius_scale(prepared.group.passes.end),
     }
 }

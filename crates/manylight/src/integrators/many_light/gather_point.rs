@@ -190,7 +190,7 @@ pub(super) struct TileGather<'s, 'o, 't> {
     found: Neighbors,
     /// Memory for queries of the radiance cache.
     pub(super) found_photons: Neighbors,
-    /// Memory for queries of caustic photons.
+    /// Memory for queries of caustic photons besides one that is weighed.
     pub(super) found_caustics: Neighbors,
     /// Position of the last query of the area per light, and the area in m².
     cached_area: Option<(Vec3, f32)>,
@@ -213,7 +213,7 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
             connections: Connections::default(),
             found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
-            found_caustics: Neighbors::new(PHOTON_NEIGHBORS),
+            found_caustics: Neighbors::new(PHOTON_NEIGHBORS - 1),
             cached_area: None,
             sparse: SparseSubsets::new(prepared.gather.strategy, pass),
         }

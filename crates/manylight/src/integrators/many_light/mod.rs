@@ -20,6 +20,7 @@
 //! Methods", Eurographics 2015.
 
 mod chain;
+mod chain_densities;
 mod compensation;
 mod compensation_photons;
 mod density_estimates;
@@ -51,6 +52,7 @@ pub use settings::{
 };
 
 use super::context::PassContext;
+use crate::emitters::RayDensities;
 use crate::film::{Film, TileSamples};
 use crate::scene::{PathLimits, Scene};
 use passes::PixelFootprint;
@@ -112,6 +114,7 @@ impl ManyLight {
             nearest,
             incident: maps.incident,
             caustics: maps.caustics,
+            ray_densities: RayDensities::new(run.guide, &scene.emitters, group.photon_paths),
             cache,
             compensation_photons,
         }

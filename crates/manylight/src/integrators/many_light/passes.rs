@@ -4,6 +4,7 @@ use super::compensation_photons::CompensationPhoton;
 use super::radiance_cache::RadianceCache;
 use super::schedule::{LightSubsets, PassGroup};
 use super::settings::Compensation;
+use crate::emitters::RayDensities;
 use crate::gather::{Gather, LightIndex};
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::Vec2;
@@ -36,6 +37,8 @@ pub struct PreparedPasses<'s> {
     pub(super) incident: IncidentMap,
     /// Photons with a specular last event.
     pub caustics: KdTree<Photon>,
+    /// Densities of the photons at emitters.
+    pub(super) ray_densities: RayDensities,
     pub(super) cache: RadianceCache,
     pub(super) compensation_photons: KdTree<CompensationPhoton>,
 }

@@ -24,7 +24,7 @@ use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
 use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy};
 use crate::ids::MaterialId;
-use crate::integrators::camera_round::{CameraRound, follow_paths};
+use crate::integrators::camera_round::{CameraRound, SeenEmission, follow_paths};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
 use crate::lanes::Width;
@@ -194,9 +194,14 @@ impl PacketShader for Arriving<'_, '_, '_, '_> {
         }
         let v = round.vertices(s, material, packet);
         let mut at = round.arrive(s, &v, material);
-        let TileGather { out, points, .. } = &mut **tile;
-        round.see_emitters(at.v, lanes.emits, |path, radiance| {
-            add_emitted(path, radiance, points, out);
+        let TileGather {
+            prepared,
+            out,
+            points,
+            ..
+        } = &mut **tile;
+        round.see_emitters(at.v, lanes.emits, |path, seen| {
+            add_emitted(prepared, path, seen, points, out);
         });
         let scatters = round.describe_and_pass_through(&mut at, lanes, next, out);
         if scatters == 0 {
@@ -212,29 +217,44 @@ impl PacketShader for Arriving<'_, '_, '_, '_> {
 impl Arriving<'_, '_, '_, '_> {
     /// Adds the environment to the paths that leave the scene.
     fn leave(&mut self) {
-        let (walks, TileGather { out, points, .. }) = (self.round.walks, &mut *self.tile);
+        let walks = self.round.walks;
+        let TileGather {
+            prepared,
+            out,
+            points,
+            ..
+        } = &mut *self.tile;
         let guide = |i: u32| {
             let direction = walks.payload[i as usize].direction()?;
             points[direction.from as usize].environment.as_ref()
         };
-        let add = |path: &PathState, radiance, out: &mut TileSamples| {
-            add_emitted(path, radiance, points, out);
+        let add = |path: &PathState, seen, out: &mut TileSamples| {
+            add_emitted(prepared, path, seen, points, out);
         };
         self.round.leave(guide, add, out);
     }
 }
 
-/// Adds the part for which a path accounts of the radiance that is emitted towards it.
-fn add_emitted(path: &PathState, radiance: Rgb, points: &[GatherPoint], out: &mut TileSamples) {
+/// Adds the part for which a path accounts of the emission that it sees.
+fn add_emitted(
+    prepared: &PreparedPasses,
+    path: &PathState,
+    seen: SeenEmission,
+    points: &[GatherPoint],
+    out: &mut TileSamples,
+) {
     let (layer, part) = match &path.part {
         PathPart::Prefix(_) => (Layer::Emission, 1.0 / EMISSION_PATHS as f32),
         PathPart::Direction(direction) => {
             (path.stage.layer(), emission_fraction(direction, points))
         }
-        // Photons account for it: emitters may be small.
-        PathPart::Chain(_) => return,
+        PathPart::Chain(chain) => {
+            let ray_density = prepared.ray_densities.at(seen.emitter, seen.radiance);
+            let part = chain.densities.emission_fraction(ray_density);
+            (path.stage.layer(), part)
+        }
     };
-    out.add(path.pixel as usize, layer, radiance * part);
+    out.add(path.pixel as usize, layer, seen.at_camera() * part);
 }
 
 /// Statistics of a tile.

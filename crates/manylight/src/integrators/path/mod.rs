@@ -14,7 +14,7 @@ mod numbers;
 mod shade;
 mod state;
 
-use super::camera_round::{follow_paths, start_paths};
+use super::camera_round::{SeenEmission, follow_paths, start_paths};
 use super::connections::Connections;
 use super::context::PassContext;
 use super::partition::PathStage;
@@ -84,8 +84,9 @@ fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut T
     let mut connections = Connections::default();
     let mut shadow_rays = 0;
     follow_paths(scene, limits, walks, |round, next| {
-        let add = |path: &PathState, radiance, out: &mut TileSamples| {
-            out.add(path.first.pixel as usize, path.stage.layer(), radiance);
+        let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
+            let pixel = path.first.pixel as usize;
+            out.add(pixel, path.stage.layer(), seen.at_camera());
         };
         round.leave(|_| None, add, out);
         let mut shading = Shading {

@@ -34,9 +34,9 @@ impl PacketShader for Shading<'_, '_, '_> {
         }
         let v = round.vertices(s, material, packet);
         let mut at = round.arrive(s, &v, material);
-        round.see_emitters(at.v, lanes.emits, |path, radiance| {
+        round.see_emitters(at.v, lanes.emits, |path, seen| {
             let pixel = path.first.pixel as usize;
-            self.out.add(pixel, path.stage.layer(), radiance);
+            self.out.add(pixel, path.stage.layer(), seen.at_camera());
         });
         if lanes.firsts | (lanes.active & !lanes.ends) != 0 {
             self.advance(s, &mut at, lanes);

@@ -4,7 +4,7 @@ use super::arriving::Arriving;
 use super::camera_paths::{PathState, PhotonMapPass, TilePaths};
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{FilmSampler, TileSamples};
-use crate::integrators::camera_round::{CameraStart, FirstPart, follow_paths};
+use crate::integrators::camera_round::{CameraStart, FirstPart, SeenEmission, follow_paths};
 use crate::integrators::connections::Connections;
 use crate::integrators::context::PassContext;
 use crate::integrators::first_event::SampleShare;
@@ -33,8 +33,8 @@ impl PhotonMapPass<'_> {
         };
         let mut shadow_rays = 0;
         follow_paths(scene, self.limits, walks, |round, next| {
-            let add = |path: &PathState, radiance, out: &mut TileSamples| {
-                self.add_emitted(path, radiance, out);
+            let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
+                self.add_emitted(path, seen.at_camera(), out);
             };
             round.leave(|_| None, add, tile.out);
             let mut arriving = Arriving {
