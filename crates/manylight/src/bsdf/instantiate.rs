@@ -157,6 +157,18 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
     }
 
     #[inline(always)]
+    fn interface_tints(
+        &self,
+        reflection: &ColorInput,
+        transmission: &ColorInput,
+    ) -> InterfaceTints<S> {
+        InterfaceTints {
+            reflection: self.color(reflection),
+            transmission: self.color(transmission),
+        }
+    }
+
+    #[inline(always)]
     fn dielectric(&self, material: &Material) -> Model<'s, S> {
         let Material::Dielectric {
             eta,
@@ -168,10 +180,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             unreachable!("invariant: called for dielectrics only")
         };
         let eta = *eta;
-        let tints = InterfaceTints {
-            reflection: self.color(specular_reflectance),
-            transmission: self.color(specular_transmittance),
-        };
+        let tints = self.interface_tints(specular_reflectance, specular_transmittance);
         match roughness {
             None => Model::SmoothDielectric(SmoothDielectric { eta, tints }),
             Some(r) => {
@@ -193,10 +202,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             unreachable!("invariant: called for thin dielectrics only")
         };
         let eta = *eta;
-        let tints = InterfaceTints {
-            reflection: self.color(specular_reflectance),
-            transmission: self.color(specular_transmittance),
-        };
+        let tints = self.interface_tints(specular_reflectance, specular_transmittance);
         match roughness {
             None => Model::ThinDielectric(ThinDielectric { eta, tints }),
             Some(r) => {

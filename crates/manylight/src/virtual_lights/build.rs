@@ -218,7 +218,7 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
             }
             None => {
                 // A reflection about a shading normal other than the geometric one may pass below
-                // the surface beside lobes that transmit.
+                // the surface.
                 light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
                 EmissionPart::Reflection(Box::new(reflection))
             }

@@ -2,6 +2,7 @@
 
 use super::materials::{close, color_at, document, inner, material_of, principled};
 use super::*;
+use manylight::bsdf::material::Roughness;
 use manylight::bsdf::{Lobes, Material};
 use manylight::color::Rgb;
 use manylight::geometry::Ray;
@@ -20,26 +21,28 @@ fn extended(name: &str, extension: Value, roughness: f32) -> (SceneDesc, Vec<Str
     (loaded.desc, folder.problems())
 }
 
-#[test]
-fn rough_panes_are_thin_and_keep_all_light() {
-    let (desc, warnings) = extended(
-        "KHR_materials_transmission",
-        json!({ "transmissionFactor": 1 }),
-        0.3,
-    );
+/// A scene with a pane, which has the tint of its base color, and the roughness of the pane.
+fn pane(roughness: f32) -> (SceneDesc, Option<Roughness>) {
+    let transmission = json!({ "transmissionFactor": 1 });
+    let (desc, warnings) = extended("KHR_materials_transmission", transmission, roughness);
     assert!(warnings.is_empty(), "{warnings:?}");
     let Material::ThinDielectric {
         specular_transmittance,
-        roughness: Some(roughness),
+        roughness,
         ..
-    } = material_of(&desc, 0)
+    } = *material_of(&desc, 0)
     else {
         panic!("{:?}", material_of(&desc, 0))
     };
-    assert!(close(
-        color_at(&desc, *specular_transmittance, 0.0),
-        [0.25, 1.0, 1.0]
-    ));
+    let tint = color_at(&desc, specular_transmittance, 0.0);
+    assert!(close(tint, [0.25, 1.0, 1.0]), "{tint:?}");
+    (desc, roughness)
+}
+
+#[test]
+fn rough_panes_are_thin_and_keep_all_light() {
+    let (desc, roughness) = pane(0.3);
+    let roughness = roughness.unwrap();
     let alpha = FloatInput::Constant(0.3 * 0.3);
     assert_eq!((roughness.alpha_u, roughness.alpha_v), (alpha, alpha));
     // Light from the front and from the back.
@@ -61,23 +64,7 @@ fn rough_panes_are_thin_and_keep_all_light() {
 
 #[test]
 fn glass_is_thin_without_a_volume() {
-    let (desc, warnings) = extended(
-        "KHR_materials_transmission",
-        json!({ "transmissionFactor": 1 }),
-        0.0,
-    );
-    assert!(warnings.is_empty(), "{warnings:?}");
-    let Material::ThinDielectric {
-        specular_transmittance,
-        ..
-    } = material_of(&desc, 0)
-    else {
-        panic!("{:?}", material_of(&desc, 0))
-    };
-    assert!(close(
-        color_at(&desc, *specular_transmittance, 0.0),
-        [0.25, 1.0, 1.0]
-    ));
+    assert_eq!(pane(0.0).1, None);
 
     let document = document(json!({
         "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [0.25, 1, 1, 1] },

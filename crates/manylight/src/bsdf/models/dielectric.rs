@@ -14,7 +14,7 @@ use crate::math::Vec3;
 
 /// Bounds of the reflectance of a rough interface where it is estimated at the surface normal:
 /// facets reflect and refract at other angles.
-const FACET_REFLECTANCES: [f32; 2] = [0.05, 0.95];
+pub(super) const FACET_REFLECTANCES: [f32; 2] = [0.05, 0.95];
 
 /// Factors of the reflected and of the transmitted light of an interface.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 //! A rough pane reflects at microfacets, and transmits by the same lobe mirrored at the surface, as
 //! KHR_materials_transmission of glTF has it. Both sides are alike.
 
-use super::dielectric::InterfaceTints;
+use super::dielectric::{FACET_REFLECTANCES, InterfaceTints};
 use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
@@ -14,15 +14,23 @@ use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
-/// Bounds of the reflectance of a rough pane where it is estimated at the surface normal: facets
-/// reflect at other angles. Not measured.
-const FACET_REFLECTANCES: [f32; 2] = [0.1, 0.9];
-
-/// Reflectance with all internal reflections: r + t r t + t r³ t + ... = 2r / (1 + r), at the
-/// cosine `cos`. `eta` is the index of the pane over that of its surroundings.
+/// Reflectance of a pane at the cosine `cos`. Its index of refraction is `eta`, relative to the
+/// medium on both sides.
 #[inline(always)]
 fn pane_reflectance<S: Width>(cos: Float<S>, eta: f32) -> Float<S> {
-    let r = fresnel::dielectric(cos.abs(), cos.same(eta)).reflectance;
+    with_internal_reflections(interface_reflectance(cos, eta))
+}
+
+/// Reflectance of one of its two interfaces.
+#[inline(always)]
+fn interface_reflectance<S: Width>(cos: Float<S>, eta: f32) -> Float<S> {
+    fresnel::dielectric(cos.abs(), cos.same(eta)).reflectance
+}
+
+/// Reflectance of two interfaces that reflect the fraction `r` each:
+/// r + t r t + t r³ t + ... = 2r / (1 + r).
+#[inline(always)]
+fn with_internal_reflections<S: Width>(r: Float<S>) -> Float<S> {
     2.0 * r / (1.0 + r)
 }
 
@@ -95,8 +103,8 @@ impl<S: Width> ScatteringModel<S> for RoughThinDielectric<S> {
     #[inline(always)]
     fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         let [least, most] = FACET_REFLECTANCES;
-        let r = pane_reflectance(cos, self.eta);
-        self.tints.albedo_estimate(r.clamp(least, most))
+        let r = interface_reflectance(cos, self.eta).clamp(least, most);
+        self.tints.albedo_estimate(with_internal_reflections(r))
     }
 
     #[inline(always)]

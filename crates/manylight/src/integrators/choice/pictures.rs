@@ -25,6 +25,7 @@ const TILING: Tiling = Tiling {
 const BLOCK: usize = 4;
 /// Fraction of the largest values that do not count: rare bright samples must not decide.
 const TRIMMED: f64 = 0.02;
+
 /// A picture to be filtered, with features that are nearly free of noise.
 #[derive(Clone, Debug)]
 pub struct FilterInput {

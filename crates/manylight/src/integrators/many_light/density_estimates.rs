@@ -7,9 +7,6 @@
 //!
 //! A kernel blurs what a glossy lobe reflects by the angle under which its radius is seen from the
 //! surface behind the chain. So kernels of glossy lobes are a few pixels wide.
-//!
-//! Sources: Georgiev et al., "Light Transport Simulation with Vertex Connection and Merging", 2012,
-//! and Hachisuka et al., "A Path Space Extension for Robust Light Transport Simulation", 2012.
 
 use super::PreparedPasses;
 use super::chain_densities::ChainDensities;
@@ -72,9 +69,9 @@ pub(super) fn densities_at_direction(
     densities(point, (w, f_cos), (radius, others))
 }
 
-/// The densities for light that arrives along the unit vector `wi` at a gather point, where
-/// non-specular lobes have the given `f cosθ` in 1/sr, in a kernel of this radius in m with so many
-/// other photons from surfaces.
+/// The densities for light that arrives along the unit vector `wi` at a gather point. `f_cos` is
+/// `f cosθ` of the non-specular lobes, in 1/sr. `radius` is that of the kernel, in m, which contains
+/// `others` photons from surfaces besides the one that is weighed.
 fn densities(
     point: &GatherPoint,
     (wi, f_cos): (Vec3, Rgb),
@@ -93,8 +90,8 @@ fn densities(
     }
 }
 
-/// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that
-/// other surfaces have reflected, directions account for a part of what glossy lobes reflect.
+/// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Directions
+/// account for a part of what glossy lobes reflect.
 pub(super) fn caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
