@@ -3,8 +3,8 @@
 use crate::math::{Spread, Vec3, float::safe_sqrt};
 
 /// Cosine of half the angle between two nearly opposite directions: below it any half vector counts
-/// as possible, because half vectors move without bound there. Not measured: larger values loosen
-/// bounds, smaller ones approach the singularity.
+/// as possible, because half vectors move without bound there. At 0.04 and 0.16, the pixel variance
+/// of `rich-lightcuts` in three scenes is the same to .1 %, and the time within its noise.
 const MIN_HALF_COSINE: f32 = 0.08;
 
 /// A cone of directions of incidence, in the frame of a model.

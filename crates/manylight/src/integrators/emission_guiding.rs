@@ -39,21 +39,25 @@ use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 
-/// Photon paths of the pre-pass, divided among the cells. Not measured: the pre-pass takes about
-/// 0.1 s of processor time.
+/// Photon paths of the pre-pass, divided among the cells: about 0.1 s of processor time. With half
+/// and twice as many, the pixel variance of 128 lights in Disco is 1.00 times as large (16 seeds).
 const PHOTON_PATHS: usize = 16_384;
 /// Photon paths per cell, at most: more of them tell hardly more about two or three emitters.
 const MAX_PATHS_PER_CELL: usize = 2048;
-/// Camera paths of the pre-pass. Not measured: more of them resolve smaller regions.
+/// Camera paths of the pre-pass: more of them resolve smaller regions. With half and twice as many,
+/// the pixel variance in Disco is 1.01 and 1.00 times as large.
 const IMPORTON_PATHS: u32 = 8192;
 /// Probability of a choice by power in the mixture: a photon has at most `1 / 0.2` = 5 times the
 /// flux that it has without a guide, where the pre-pass found no importance.
 const UNGUIDED_PROBABILITY: f32 = 0.2;
 /// Ratio of the variances without and with the guide below which photons are chosen by power: the
-/// gain of a few percent is less than the pre-pass can tell. Not measured.
+/// gain of a few percent is less than the pre-pass can tell. At 1.6 the guide is not used in Disco
+/// and Garage: pixel variance 1.09 and .90 times as large, block variance 1.6 and .7. At 1.05 it is
+/// used in Kitchen: .95 and .9 (16 seeds).
 const LEAST_GAIN: f64 = 1.25;
 /// Largest importance that counts, relative to the mean of all photons that reach any: a photon
-/// beside the camera must not decide. Not measured.
+/// beside the camera must not decide. At 4 the guide is not used in Disco (pixel variance 1.09 times
+/// as large); at 16 it is .99 times there, and the same in Kitchen.
 const MAX_RELATIVE_IMPORTANCE: f64 = 8.0;
 /// Importons that are sampled for the largest bandwidth.
 const BANDWIDTH_SAMPLES: usize = 512;
@@ -63,10 +67,11 @@ const BANDWIDTH_QUANTILE: f32 = 0.9;
 /// Seed of the pre-pass: no random number of a render decides how it emits.
 const SEED: u64 = 0x7068_6f74_6f6e_7321;
 
-/// Fraction of the direct light of an emitter below which photons miss it. Not measured: kernels
-/// and noise of the pre-pass change the fraction by less than this.
+/// Fraction of the direct light of an emitter below which photons miss it. In eleven scenes whose
+/// emitters are found, the pre-pass says .54 to 1.15.
 const MISSED: f64 = 0.1;
-/// Fraction of all direct light from which on the light of an emitter is missed. Not measured.
+/// Fraction of all direct light from which on the light of an emitter is missed. Below it, the
+/// fraction of an emitter that is found is as low as .54 by the noise of the pre-pass (Garage, .08).
 const LEAST_SHARE: f64 = 0.1;
 
 /// Direct light of an emitter, where gather points look, that photons hardly carry.

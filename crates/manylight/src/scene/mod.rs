@@ -28,8 +28,10 @@ use crate::sampling::{Pass, Stream};
 use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{Texture, TexturePoint};
 
-/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give
-/// a more accurate guide in more time.
+/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. With half and twice as many,
+/// the pixel variance of `photon-map` with 50,000 photon paths is 1.31 and .94 times as large in the
+/// third-party kitchen, 1.07 and 1.04 in the living-room, 1.45 and 1.36 in the classroom (16 seeds
+/// at 128x72; the guide itself is random), and the time .76 to .86 and 1.04 to 1.09.
 const GUIDE_RAYS: u64 = 16_384;
 
 /// Surfaces that are followed from the end of a segment to the surface around it: a bound of the

@@ -20,20 +20,23 @@ pub(super) struct TrainingSample {
     pub(super) weight: f32,
 }
 
-/// Fewest training samples of a cell that is split. Not measured: fewer follow noise, more give a
-/// coarser density.
+/// Fewest training samples of a cell that is split: fewer follow noise, more give a coarser density.
+/// With 6 and 24, the pixel variance of `photon-map` with 50,000 photon paths is 1.03 and 1.16 times
+/// as large in the third-party kitchen, 1.01 and 1.06 in the living-room, .95 and 1.14 in the
+/// classroom (16 seeds at 128x72).
 const MIN_SAMPLES_TO_SPLIT: usize = 12;
 
 /// Greatest depth: no cell is smaller than 2^-24 of the whole, the resolution of single precision.
 const MAX_DEPTH: usize = 24;
 
 /// Smallest probability of either half of a cell. It bounds the ratio of the density between
-/// neighboring cells. Not measured.
+/// neighboring cells. At 0.005 and 0.08, the pixel variance of the scenes above is .96, 1.01, 1.07
+/// and .90, 1.02, 2.5 times as large.
 const MIN_HALF_PROBABILITY: f32 = 0.02;
 
 /// Relative entropy in nats between the halves of a cell and even halves, below which no axis is
-/// preferred: then the axis with the fewest splits is halved. Not measured: a threshold against
-/// noise.
+/// preferred: then the axis with the fewest splits is halved. A threshold against noise: from 3·10⁻⁴
+/// to 3·10⁻³, the pixel variance of the scenes above is .98 to 1.01 times as large.
 const MIN_INFORMATION_GAIN: f32 = 1e-3;
 
 #[derive(Clone, Copy, Debug)]

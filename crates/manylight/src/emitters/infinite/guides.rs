@@ -13,12 +13,14 @@ use crate::math::{Aabb, Frame, Vec2, Vec3};
 use std::f32::consts::FRAC_PI_4;
 
 /// Probability of emission without the guide, in the mixture. A photon has at most 1 / 0.2 = 5
-/// times its unguided flux. Not measured: larger values place fewer photons by the guide, smaller
-/// ones allow brighter photons where the pre-pass found no light.
+/// times its unguided flux. At 0.1 and 0.4, the pixel variance of `photon-map` with 50,000 photon
+/// paths is .94 and .93 times as large in the third-party kitchen, 1.00 and .99 in the living-room,
+/// 1.00 and 1.13 in the classroom (16 seeds at 128x72; the standard error is a few percent).
 pub(super) const UNGUIDED_PROBABILITY: f32 = 0.2;
 
-/// Radius of the guide's sphere over the distance of the farthest lit point from its center. Not
-/// measured: a margin for lit points between and beyond those that the pre-pass found.
+/// Radius of the guide's sphere over the distance of the farthest lit point from its center: a
+/// margin for lit points between and beyond those that the pre-pass found. At 1.01 and 1.3, the
+/// pixel variance of the scenes above is 1.21, 1.05, 1.19 and 1.20, 1.08, 1.16 times as large.
 const RADIUS_MARGIN: f32 = 1.1;
 
 /// Smallest radius of the guide's sphere over that of the scene, for the case of a single lit

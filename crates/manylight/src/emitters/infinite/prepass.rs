@@ -17,15 +17,18 @@ pub(in crate::emitters) struct GuidingPrepass<'a, F> {
     pub(in crate::emitters) see_through: &'a F,
 }
 
-/// Vertices of one walk. Not measured: more of them find light for longer paths at more cost.
+/// Vertices of one walk. With 2 and 8, the pixel variance of `photon-map` with 50,000 photon paths
+/// is 1.57 and .97 times as large in the third-party kitchen, 1.10 and 1.09 in the living-room,
+/// 1.55 and .81 in the classroom (16 seeds at 128x72; 8 takes 9 to 17 % more time in such a render).
 const VERTICES_PER_WALK: usize = 4;
 
 /// Most see-through surfaces along one ray; a bound on the loop. A ray with more of them counts as
 /// free.
 const MAX_CROSSINGS: usize = 8;
 
-/// Directions sampled per vertex and light that fills a solid angle. Not measured: more than for
-/// parallel light, because most of these directions are blocked in interiors.
+/// Directions sampled per vertex and light that fills a solid angle: more than for parallel light,
+/// because most of these directions are blocked in interiors. With 4 and 16, the pixel variance of
+/// the scenes above is 1.33, 1.15, .86 and 1.00, 1.03, 1.58 times as large.
 const DIRECTIONS_PER_VERTEX: usize = 8;
 
 impl<F: Fn(PrimitiveId) -> bool + Sync> GuidingPrepass<'_, F> {
