@@ -8,7 +8,8 @@
 //!
 //! The pixels of a pattern are shaded by different subsets of the lights, so that the noise of
 //! neighbors is independent: interleaved sampling. From pass to pass of a group every pixel goes on
-//! to another subset. A group of few passes has as many subsets as the pattern has pixels.
+//! to another subset. A group of few passes has as many subsets as the pattern has pixels. The
+//! pattern is shuffled in each of its repetitions: a filter takes a regular one for a texture.
 //!
 //! Source: Keller, Heidrich, "Interleaved Sampling", EGWR 2001; for virtual lights: Wald, Kollig,
 //! Benthin, Keller, Slusallek, "Interactive Global Illumination using Fast Ray Tracing", EGWR 2002.
@@ -21,7 +22,7 @@ use super::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::math::UVec2;
-use crate::sampling::Stream;
+use crate::sampling::{Stream, rng};
 use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
 
@@ -139,6 +140,8 @@ pub(super) struct LightSubsets {
     /// The subset of the first pixel in the first pass. It is random, so that the mean over passes
     /// that end in mid-group is right.
     first: u32,
+    /// Key of the shuffled patterns.
+    key: u64,
 }
 
 impl LightSubsets {
@@ -156,19 +159,21 @@ impl LightSubsets {
                 fewest.unwrap_or(by_size.clamp(shaded, shaded * group.placed_per_shaded))
             }
         };
-        let u = cx.run.pass.sampler(Stream::Selection, 1).next_1d();
+        let mut sampler = cx.run.pass.sampler(Stream::Selection, 1);
+        let first = (sampler.next_1d() * count as f32) as u32;
         LightSubsets {
             start: group.passes.start,
             interleaving: method.interleaving,
             shaded,
             count,
-            first: (u * count as f32) as u32,
+            first,
+            key: u64::from(sampler.next_1d().to_bits()),
         }
     }
 
     /// The lights of `pixel` in pass `index`.
     pub(super) fn of_pixel(&self, index: u32, pixel: UVec2) -> Subset {
-        let place = place_in_pattern(pixel, self.interleaving);
+        let place = place_in_pattern(pixel, self.interleaving, self.key);
         let ahead = place * (self.shaded / self.interleaving.pow(2));
         let k = self.first + (index - self.start + ahead) % self.shaded;
         Subset::ALL.part(k % self.count, self.count)
@@ -180,14 +185,27 @@ impl LightSubsets {
     }
 }
 
-/// The place of a pixel in the order of a pattern of `edge` x `edge` pixels, `edge` a power of two:
-/// Bayer's matrix, in which pixels that follow each other lie far apart.
-fn place_in_pattern(pixel: UVec2, edge: u32) -> u32 {
+/// The place of a pixel in the order of a pattern of `edge` x `edge` pixels, `edge` a power of two.
+/// Pixels that follow each other lie far apart, as in Bayer's matrix; at each level, the quadrants
+/// have a random order.
+fn place_in_pattern(pixel: UVec2, edge: u32, key: u64) -> u32 {
     let levels = edge.ilog2();
     (0..levels).fold(0, |place, level| {
-        let (x, y) = (pixel.x >> level & 1, pixel.y >> level & 1);
-        place | ((x ^ y) << 1 | y) << (2 * (levels - 1 - level))
+        let at = pixel >> level;
+        let digit = quadrants(at / 2, level, key)[(at.y % 2 * 2 + at.x % 2) as usize];
+        place | digit << (2 * (levels - 1 - level))
     })
+}
+
+/// A random permutation of the quadrants of a cell.
+fn quadrants(cell: UVec2, level: u32, key: u64) -> [u32; 4] {
+    let at = u64::from(cell.x) << 32 | u64::from(cell.y);
+    let word = rng::mix(at ^ rng::mix(key ^ u64::from(level)));
+    let mut order = [0, 1, 2, 3];
+    for k in 1..4 {
+        order.swap(k, (word >> (16 * k) & 0xffff) as usize % (k + 1));
+    }
+    order
 }
 
 #[cfg(test)]
@@ -229,6 +247,7 @@ mod tests {
                 shaded,
                 count: shaded,
                 first: shaded / 2,
+                key: 5,
             };
             let of_pixel = |pass: u32, k: u32| {
                 let pixel = UVec2::new(k % interleaving + 8, k / interleaving + 4);
@@ -248,6 +267,22 @@ mod tests {
                 assert_eq!(distinct(&mut of_passes), passes);
             }
             assert!((0..64).all(|k| subsets.is_shaded(k)));
+        }
+    }
+
+    #[test]
+    fn repetitions_of_a_pattern_have_different_orders() {
+        for edge in [2, 4] {
+            let mut counts = vec![0; (edge * edge) as usize];
+            for k in 0..1024 {
+                let pixel = UVec2::new(k % 32, k / 32) * edge;
+                counts[place_in_pattern(pixel, edge, 7) as usize] += 1;
+            }
+            // 1024 draws; the tails of five standard deviations.
+            let mean = 1024.0 / f64::from(edge * edge);
+            let tail = 5.0 * mean.sqrt();
+            let is_near = |&count: &i32| (f64::from(count) - mean).abs() < tail;
+            assert!(counts.iter().all(is_near), "{counts:?}");
         }
     }
 }
