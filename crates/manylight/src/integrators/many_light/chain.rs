@@ -6,7 +6,7 @@
 //! emitters.
 
 use super::compensation::MAX_SURVIVAL;
-use super::density_estimates::densities_at_direction;
+use super::density_estimates::shared_light;
 use super::gather_point::{GatherPath, GatherRole, TileGather};
 use super::paths::{Chain, Direction, PathNumber, PathPart, PathState, Prefix, SPLIT};
 use crate::bsdf::{Lobes, Numbers};
@@ -68,10 +68,7 @@ pub(super) fn follow<S: Width>(
     let w_prev = at.v.w_prev.store();
     let all = s.each(|i| match lanes >> i & 1 {
         0 => Branches::NONE,
-        _ => {
-            let wi = -Vec3::from(lane(&w_prev, i));
-            branches(tile, &at.paths.as_ref()[i], wi)
-        }
+        _ => branches(tile, &at.paths.as_ref()[i]),
     });
     let branch = |i: usize| &all.as_ref()[i];
     let w = |i: usize| -Vec3::from(lane(&w_prev, i));
@@ -142,9 +139,8 @@ fn event_numbers<S: Width>(
     }
 }
 
-/// How a path continues from a vertex with specular lobes, at which it arrives along the unit
-/// direction `w`.
-fn branches(tile: &TileGather, path: &PathState, w: Vec3) -> Branches {
+/// How a path continues from a vertex with specular lobes.
+fn branches(tile: &TileGather, path: &PathState) -> Branches {
     match &path.part {
         PathPart::Prefix(prefix) => {
             let count = match prefix.number {
@@ -158,7 +154,7 @@ fn branches(tile: &TileGather, path: &PathState, w: Vec3) -> Branches {
                 max_survival: 1.0,
             }
         }
-        PathPart::Direction(direction) => first_of_chain(tile, path.stage, direction, w),
+        PathPart::Direction(direction) => first_of_chain(tile, path.stage, direction),
         PathPart::Chain(chain) => Branches {
             count: 1,
             scale: Rgb::WHITE,
@@ -168,24 +164,16 @@ fn branches(tile: &TileGather, path: &PathState, w: Vec3) -> Branches {
     }
 }
 
-/// The first event of a chain, which accounts for what glossy lobes reflect.
-fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction, w: Vec3) -> Branches {
+/// The first event of a chain.
+fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction) -> Branches {
     let point = &tile.points[direction.from as usize];
-    let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
-    if !bsdf.lobes().has(Lobes::GLOSSY) {
-        return Branches::NONE;
-    }
-    let f = |lobes| bsdf.f(w, wo, lobes);
-    let glossy_fraction = f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
-        if all > 0.0 { part / all } else { 0.0 }
-    });
     let (survival_factor, max_survival) = match stage {
         PathStage::AfterX => (FIRST_SURVIVAL_FACTOR, 1.0),
         _ => (1.0, MAX_SURVIVAL),
     };
     Branches {
         count: 1,
-        scale: glossy_fraction,
+        scale: Rgb::WHITE,
         survival_factor: survival_factor / point.path.first_weight,
         max_survival,
     }
@@ -197,7 +185,7 @@ fn first_part(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
     let (prepared, found) = (tile.prepared, &mut tile.found_caustics);
     let along = (w, direction.f_cos);
     Chain {
-        densities: densities_at_direction(prepared, point, along, found),
+        shared: shared_light(prepared, point, along, found),
         first_weight: point.path.first_weight,
         max_photon_radius: direction.max_photon_radius,
     }
@@ -247,14 +235,15 @@ pub(super) fn end<'s, S: Width>(
         let Some(chain) = path.chain() else {
             continue;
         };
-        let survival = chain.densities.surface_fraction();
+        let fraction = chain.shared.surface_fraction();
+        let survival = fraction.max_channel();
         if at.generators.draw(i, |sampler| sampler.next_1d()) >= survival {
             continue;
         }
         let vertex = at.vertex(scene, &values, i);
         let path = GatherPath {
             pixel: path.pixel,
-            throughput: values.throughput(i),
+            throughput: values.throughput(i) * (fraction / survival),
             eta_squared: values.eta_squared(i),
             segments: vertex.segments,
             stage: path.stage,

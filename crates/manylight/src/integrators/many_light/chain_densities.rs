@@ -3,6 +3,8 @@
 //! Sources: Georgiev et al., "Light Transport Simulation with Vertex Connection and Merging", 2012,
 //! and Hachisuka et al., "A Path Space Extension for Robust Light Transport Simulation", 2012.
 
+use crate::color::Rgb;
+
 /// Photons in a kernel at which they account for one half of the light of other surfaces that a
 /// glossy lobe sees by a specular chain, per direction and `f`; in sr. Photons that arrive from a
 /// hemisphere alike have π; less, because a direction that finds a surface costs a gather point. At
@@ -66,6 +68,37 @@ impl ChainDensities {
             true => self.directions / (self.directions + photons),
             false => 0.0,
         }
+    }
+}
+
+/// How directions share the light that a chain finds with the photons of each class of lobes at its
+/// start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SharedLight {
+    /// Of the diffuse lobes, if there are any.
+    pub(super) diffuse: Option<ChainDensities>,
+    /// Of the glossy lobes, if there are any.
+    pub(super) glossy: Option<ChainDensities>,
+    /// The part of the reflected light that glossy lobes reflect.
+    pub(super) glossy_fraction: Rgb,
+}
+
+impl SharedLight {
+    /// The fraction of the light of other surfaces for which directions account.
+    pub(super) fn surface_fraction(&self) -> Rgb {
+        self.mean(ChainDensities::surface_fraction)
+    }
+
+    /// The fraction of the light of an emitter for which directions account, on rays where its
+    /// photons have this density in 1/(m² sr).
+    pub(super) fn emission_fraction(&self, ray_density: f32) -> Rgb {
+        self.mean(|densities| densities.emission_fraction(ray_density))
+    }
+
+    /// The mean over the lobes, weighted by what they reflect.
+    fn mean(&self, fraction: impl Fn(&ChainDensities) -> f32) -> Rgb {
+        let of = |densities: &Option<ChainDensities>| densities.as_ref().map_or(0.0, &fraction);
+        (self.glossy_fraction).map(|g| g * of(&self.glossy) + (1.0 - g) * of(&self.diffuse))
     }
 }
 

@@ -9,7 +9,7 @@
 //! surface behind the chain. So kernels of glossy lobes are a few pixels wide.
 
 use super::PreparedPasses;
-use super::chain_densities::ChainDensities;
+use super::chain_densities::{ChainDensities, SharedLight};
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
 use super::gather_point::{DIRECTIONS, GatherPath, GatherPoint, GatherRole};
 use crate::bsdf::Lobes;
@@ -42,17 +42,53 @@ const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// (standard error 2 %).
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
+/// The classes of lobes that have kernels of their own.
+const CLASSES: [Lobes; 2] = [Lobes::DIFFUSE, Lobes::GLOSSY];
+
 /// Whether virtual lights carry the light of a caustic photon to the surface behind the chain:
 /// other surfaces have reflected it. Light of the others is emitted behind the chain.
 fn is_of_surface(photon: &Photon) -> bool {
     photon.origin != Lobes::NONE
 }
 
-/// The densities at the gather point from which a direction along the unit vector `w` comes.
-pub(super) fn densities_at_direction(
+/// How directions share the light of a chain with caustic photons: the densities of each class of
+/// lobes at the gather point where a direction along the unit vector `w` starts.
+pub(super) fn shared_light(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     (w, f_cos): (Vec3, Rgb),
+    found: &mut Neighbors,
+) -> SharedLight {
+    let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
+    let mut of_lobes = |lobes: Lobes| {
+        let has_lobes = bsdf.lobes().has(lobes);
+        has_lobes.then(|| densities_at_direction(prepared, point, (w, f_cos), lobes, found))
+    };
+    let [diffuse, glossy] = CLASSES.map(&mut of_lobes);
+    let glossy_fraction = match (diffuse, glossy) {
+        (_, None) => Rgb::BLACK,
+        (None, Some(_)) => Rgb::WHITE,
+        (Some(_), Some(_)) => {
+            let f = |lobes| bsdf.f(w, wo, lobes);
+            f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
+                if all > 0.0 { part / all } else { 0.0 }
+            })
+        }
+    };
+    SharedLight {
+        diffuse,
+        glossy,
+        glossy_fraction,
+    }
+}
+
+/// The densities for one class of lobes, at the gather point from which a direction along the unit
+/// vector `w` comes.
+fn densities_at_direction(
+    prepared: &PreparedPasses,
+    point: &GatherPoint,
+    (w, f_cos): (Vec3, Rgb),
+    lobes: Lobes,
     found: &mut Neighbors,
 ) -> ChainDensities {
     let (x, path) = (&point.at.x, &point.path);
@@ -60,7 +96,7 @@ pub(super) fn densities_at_direction(
         p: x.p,
         n: x.normal_towards(w),
     };
-    let (mut others, bandwidth) = (0, glossy_bandwidth(prepared, path));
+    let (mut others, bandwidth) = (0, caustic_bandwidth(prepared, path, lobes));
     let caustics = &prepared.caustics;
     let radius = density_estimate(caustics, receiver, bandwidth, found, |photon, _| {
         let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
@@ -91,74 +127,51 @@ fn densities(
 }
 
 /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Directions
-/// account for a part of what glossy lobes reflect.
+/// account for a part of it.
 pub(super) fn caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
 ) -> Rgb {
-    let lobes = point.at.bsdf.lobes();
-    let mut radiance = Rgb::BLACK;
-    if lobes.has(Lobes::DIFFUSE) {
-        radiance += diffuse_caustic_radiance(prepared, point, found);
-    }
-    if lobes.has(Lobes::GLOSSY) {
-        radiance += glossy_caustic_radiance(prepared, point, found);
-    }
-    radiance
+    let has_lobes = |lobes: &Lobes| point.at.bsdf.lobes().has(*lobes);
+    (CLASSES.into_iter().filter(has_lobes))
+        .map(|lobes| caustic_radiance_of(prepared, point, lobes, found))
+        .fold(Rgb::BLACK, |sum, radiance| sum + radiance)
 }
 
-/// The part of [`caustic_radiance`] that diffuse lobes reflect.
-fn diffuse_caustic_radiance(
+/// The part of [`caustic_radiance`] that one class of lobes reflects.
+fn caustic_radiance_of(
     prepared: &PreparedPasses,
     point: &GatherPoint,
+    lobes: Lobes,
     found: &mut Neighbors,
 ) -> Rgb {
-    let limit = point.role.direction_limit();
-    let photons = (&prepared.caustics, bandwidth(prepared, &point.path));
-    estimate(prepared, photons, point, found, |arriving| {
-        let all = match limit.is_finite() {
-            true => arriving.f_cos(Lobes::NON_SPECULAR),
-            false => Vec::new(),
-        };
-        let diffuse = arriving.f_cos(Lobes::DIFFUSE);
-        let mut sum = Rgb::BLACK;
-        for (i, ((photon, kernel), diffuse)) in arriving.iter().zip(diffuse).enumerate() {
-            let fraction = match all.get(i) {
-                Some(&f_cos) if !is_of_surface(photon) => direction_fraction(limit, f_cos),
-                _ => 1.0,
-            };
-            sum += photon.flux * diffuse * (kernel * fraction);
-        }
-        sum
-    })
-}
-
-/// The part of [`caustic_radiance`] that glossy lobes reflect.
-fn glossy_caustic_radiance(
-    prepared: &PreparedPasses,
-    point: &GatherPoint,
-    found: &mut Neighbors,
-) -> Rgb {
-    let photons = (&prepared.caustics, glossy_bandwidth(prepared, &point.path));
-    estimate(prepared, photons, point, found, |arriving| {
-        let all = arriving.f_cos(Lobes::NON_SPECULAR);
-        let glossy = arriving.f_cos(Lobes::GLOSSY);
-        let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
-        let near = of_surfaces.count() as u32;
-        let mut sum = Rgb::BLACK;
-        for ((photon, kernel), (f_cos, glossy)) in arriving.iter().zip(all.into_iter().zip(glossy))
-        {
-            let photons = (arriving.radius(), near.saturating_sub(1));
-            let densities = densities(point, (photon.wi, f_cos), photons);
-            let fraction = match is_of_surface(photon) {
-                true => 1.0 - densities.surface_fraction(),
-                false => densities.photon_emission_fraction(photon.ray_density),
-            };
-            sum += photon.flux * glossy * (kernel * fraction);
-        }
-        sum
-    })
+    let bandwidth = caustic_bandwidth(prepared, &point.path, lobes);
+    estimate(
+        prepared,
+        (&prepared.caustics, bandwidth),
+        point,
+        found,
+        |arriving| {
+            let all = arriving.f_cos(Lobes::NON_SPECULAR);
+            let reflected = arriving.f_cos(lobes);
+            let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
+            let near = of_surfaces.count() as u32;
+            let mut sum = Rgb::BLACK;
+            for ((photon, kernel), (f_cos, reflected)) in
+                arriving.iter().zip(all.into_iter().zip(reflected))
+            {
+                let photons = (arriving.radius(), near.saturating_sub(1));
+                let densities = densities(point, (photon.wi, f_cos), photons);
+                let fraction = match is_of_surface(photon) {
+                    true => 1.0 - densities.surface_fraction(),
+                    false => densities.photon_emission_fraction(photon.ray_density),
+                };
+                sum += photon.flux * reflected * (kernel * fraction);
+            }
+            sum
+        },
+    )
 }
 
 /// Radiance at a gather point from compensation photons, in W/(m² sr).
@@ -238,9 +251,13 @@ fn bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
     bandwidth_within(prepared, path.max_photon_radius)
 }
 
-/// The kernels of glossy lobes.
-fn glossy_bandwidth(prepared: &PreparedPasses, path: &GatherPath) -> Bandwidth {
-    bandwidth_within(prepared, path.max_photon_radius * GLOSSY_RADIUS_FRACTION)
+/// Of caustic photons, for one class of lobes.
+fn caustic_bandwidth(prepared: &PreparedPasses, path: &GatherPath, lobes: Lobes) -> Bandwidth {
+    let fraction = match lobes.has(Lobes::GLOSSY) {
+        true => GLOSSY_RADIUS_FRACTION,
+        false => 1.0,
+    };
+    bandwidth_within(prepared, path.max_photon_radius * fraction)
 }
 
 fn bandwidth_within(prepared: &PreparedPasses, radius: f32) -> Bandwidth {

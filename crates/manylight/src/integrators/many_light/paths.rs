@@ -6,7 +6,7 @@
 //! | sampled direction | at a gather point | by compensation, or on an emitter | `direction.rs` |
 //! | chain | where a sampled direction meets specular lobes | at another gather point, or on an emitter | `chain.rs` |
 
-use super::chain_densities::ChainDensities;
+use super::chain_densities::SharedLight;
 use crate::color::Rgb;
 use crate::integrators::camera_round::{CameraPath, FirstPart};
 use crate::integrators::first_event::SampleShare;
@@ -73,7 +73,7 @@ pub(super) struct Direction {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chain {
     /// By which photons have their share of the light that the chain finds.
-    pub(super) densities: ChainDensities,
+    pub(super) shared: SharedLight,
     /// See [`GatherPath::first_weight`](super::gather_point::GatherPath::first_weight).
     pub(super) first_weight: f32,
     /// Largest radius of density estimates at the end of the path, in m.

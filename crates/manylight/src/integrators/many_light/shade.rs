@@ -244,13 +244,14 @@ fn add_emitted(
     out: &mut TileSamples,
 ) {
     let (layer, part) = match &path.part {
-        PathPart::Prefix(_) => (Layer::Emission, 1.0 / EMISSION_PATHS as f32),
+        PathPart::Prefix(_) => (Layer::Emission, Rgb::splat(1.0 / EMISSION_PATHS as f32)),
         PathPart::Direction(direction) => {
-            (path.stage.layer(), emission_fraction(direction, points))
+            let part = emission_fraction(direction, points);
+            (path.stage.layer(), Rgb::splat(part))
         }
         PathPart::Chain(chain) => {
             let ray_density = prepared.ray_densities.at(seen.emitter, seen.radiance);
-            let part = chain.densities.emission_fraction(ray_density);
+            let part = chain.shared.emission_fraction(ray_density);
             (path.stage.layer(), part)
         }
     };
