@@ -151,3 +151,38 @@ fn lost_photons_are_a_warning() {
         }
     }
 }
+
+#[test]
+fn light_that_photons_miss_is_a_warning_that_names_the_emitter() {
+    // A camera at a few centimeters of a floor of one kilometer: of the photons of a lamp at a
+    // height of 100 m, hardly one arrives there.
+    let lamp_at = |height: u32| {
+        format!(
+            r#"<scene version="3.0.0"><sensor type="perspective">
+<transform name="to_world"><lookat origin="0, 0.3, 0.3" target="0, 0, 0" up="0, 1, 0"/></transform></sensor>
+<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale x="500" z="500"/></transform></shape>
+<shape type="sphere"><point name="center" x="0" y="0.04" z="-0.06"/><float name="radius" value="0.04"/></shape>
+<shape type="rectangle" id="far_lamp"><transform name="to_world"><rotate x="1" angle="90"/><translate y="{height}"/></transform>
+<emitter type="area"><rgb name="radiance" value="1000"/></emitter></shape></scene>"#
+        )
+    };
+    for (height, expected) in [(100, 1), (1, 0)] {
+        let folder = Folder::new(&lamp_at(height));
+        for (method, expected) in [
+            ("rich-vpl", expected),
+            ("photon-map", expected),
+            ("path", 0),
+        ] {
+            let words =
+                format!("render scene.xml -m {method} --size 8x8 --passes 1 -o a.exr --json");
+            let report = folder.run(&words).code(0).json();
+            let warnings = report["warnings"].as_array().unwrap();
+            assert_eq!(warnings.len(), expected, "{height} {method}: {report}");
+            for warning in warnings {
+                let text = warning.as_str().unwrap();
+                assert!(text.contains("emitter of far_lamp sends"), "{text}");
+                assert!(text.contains("it is 100 % of all direct light"), "{text}");
+            }
+        }
+    }
+}
