@@ -33,7 +33,7 @@ pub(crate) struct CompareArgs {
 const COMPARE_HELP: &str = "\
 Definitions, with x the image, r the reference, m the mean of r; averages over pixels and channels of linear values:
   MSE      (x - r)^2
-  relMSE   (x - r)^2 / (r^2 + 0.01 m^2)
+  relMSE   (x - r)^2 / (r^2 + 0.01 m^2); of 8x8 blocks, that of their means: noise that neighbors share, as a filter leaves it
   MAPE     |x - r| / max(|r|, 0.01 m)
   SMAPE    |x - r| / max(|x| + |r|, 0.01 m)
   PSNR     10 log10(p^2 / MSE), p the largest value of r

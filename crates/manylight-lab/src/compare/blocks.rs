@@ -4,7 +4,7 @@ use super::image::{ComparisonImage, NoiseCorrelation};
 use serde::Serialize;
 
 /// Width and height of a block in pixels.
-const BLOCK_SIZE: usize = 8;
+pub(super) const BLOCK_SIZE: usize = 8;
 
 /// Absolute z-score above which a block counts as different. With normally distributed noise alone,
 /// 0.27 % of blocks exceed it.
@@ -54,6 +54,17 @@ pub(super) fn block_scores(
     Some(summary(&scores))
 }
 
+/// The pixels of the block with the upper left pixel `corner`.
+pub(super) fn block_pixels(
+    image: &ComparisonImage,
+    [x0, y0]: [usize; 2],
+) -> impl Iterator<Item = usize> + use<> {
+    let width = image.width;
+    let rows = y0..(y0 + BLOCK_SIZE).min(image.height);
+    let columns = x0..(x0 + BLOCK_SIZE).min(width);
+    rows.flat_map(move |y| columns.clone().map(move |x| y * width + x))
+}
+
 /// The kept pixels of one block.
 struct PixelBlock {
     pixels: Vec<usize>,
@@ -64,11 +75,8 @@ struct PixelBlock {
 impl PixelBlock {
     /// The block with the upper left pixel `corner`.
     fn new(image: &ComparisonImage, corner: [usize; 2], kept: &[bool]) -> Self {
-        let [x0, y0] = corner;
-        let rows = y0..(y0 + BLOCK_SIZE).min(image.height);
-        let columns = x0..(x0 + BLOCK_SIZE).min(image.width);
-        let all = rows.flat_map(|y| columns.clone().map(move |x| y * image.width + x));
-        let (pixels, others): (Vec<usize>, Vec<usize>) = all.partition(|&i| kept[i]);
+        let (pixels, others): (Vec<usize>, Vec<usize>) =
+            block_pixels(image, corner).partition(|&i| kept[i]);
         PixelBlock {
             pixels,
             is_whole: others.is_empty(),

@@ -40,6 +40,7 @@ impl TableRow {
 const ERROR_ROWS: &[TableRow] = &[
     TableRow::new("MSE", |c| Some(number(c.errors.mse))),
     TableRow::new("relMSE", |c| Some(number(c.errors.relmse))),
+    TableRow::new("  of 8x8 blocks", |c| Some(number(c.errors.block_relmse))),
     TableRow::new("MAPE", |c| Some(number(c.errors.mape))),
     TableRow::new("SMAPE", |c| Some(number(c.errors.smape))),
     TableRow::new("PSNR (dB)", |c| {

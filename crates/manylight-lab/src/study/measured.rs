@@ -11,6 +11,7 @@ pub(super) fn value(quantity: Quantity, record: &Record) -> Option<f64> {
     match quantity {
         Quantity::Relmse => error_without_reference_noise(record, "relmse"),
         Quantity::RootRelmse => error_without_reference_noise(record, "relmse").map(f64::sqrt),
+        Quantity::BlockRelmse => record.metric("/block_relmse"),
         Quantity::Mse => error_without_reference_noise(record, "mse"),
         Quantity::Rmse => error_without_reference_noise(record, "mse").map(f64::sqrt),
         Quantity::Smape => record.metric("/smape"),

@@ -10,6 +10,8 @@ pub enum Quantity {
     Relmse,
     /// Square root of relMSE; the error of an unbiased method decreases as n^(-1/2) with n samples.
     RootRelmse,
+    /// The relMSE of the means of 8x8 blocks.
+    BlockRelmse,
     /// Mean squared error.
     Mse,
     /// Square root of the MSE.
@@ -59,6 +61,7 @@ impl Quantity {
         match self {
             Quantity::Relmse => "relmse",
             Quantity::RootRelmse => "root-relmse",
+            Quantity::BlockRelmse => "block-relmse",
             Quantity::Mse => "mse",
             Quantity::Rmse => "rmse",
             Quantity::Smape => "smape",
@@ -81,6 +84,7 @@ impl Quantity {
         match self {
             Quantity::Relmse => "relMSE",
             Quantity::RootRelmse => "Root of relMSE",
+            Quantity::BlockRelmse => "relMSE of blocks",
             Quantity::Mse => "MSE",
             Quantity::Rmse => "RMSE",
             Quantity::Smape => "SMAPE",
@@ -103,6 +107,9 @@ impl Quantity {
         match self {
             Quantity::RatioOfMeans => {
                 "Mean of the image over mean of the reference, in the channel with the largest deviation from 1, ± standard error."
+            }
+            Quantity::BlockRelmse => {
+                "Of the means of blocks of 8x8 pixels: the error that neighbors share."
             }
             Quantity::BlocksBeyond3 => "Fraction of the blocks of 8x8 pixels with |z| > 3.",
             Quantity::Seconds => {
@@ -128,6 +135,7 @@ mod tests {
     fn names_are_those_of_plans() {
         for quantity in DEFAULT_QUANTITIES.iter().chain(&[
             Quantity::RootRelmse,
+            Quantity::BlockRelmse,
             Quantity::Mse,
             Quantity::Rmse,
             Quantity::Smape,

@@ -140,8 +140,9 @@ def read_image(path: str | os.PathLike[str]) -> Image:
 class Comparison(dict):
     """How an image differs from a reference: the measures of ``manylight compare --json``, also as attributes.
 
-    ``relmse``, ``mse``, ``mape``, ``smape``, ``psnr``, ``ssim``, ``flip``, ``ratio_of_means`` (one number per channel), ``pixels``, and, if
-    both images know their variance, ``noise_floor`` and ``blocks`` (z-scores of 8x8 blocks). ``flip_map`` is an array (height, width).
+    ``relmse``, ``block_relmse`` (that of the means of 8x8 blocks), ``mse``, ``mape``, ``smape``, ``psnr``, ``ssim``, ``flip``,
+    ``ratio_of_means`` (one number per channel), ``pixels``, and, if both images know their variance, ``noise_floor`` and ``blocks`` (z-scores
+    of 8x8 blocks). ``flip_map`` is an array (height, width).
     """
 
     def __getattr__(self, name: str) -> Any:
