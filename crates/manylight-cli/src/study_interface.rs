@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn the_plans_of_the_project_are_sound() {
-        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measurements");
         for (file, scale) in [
             ("study/plan.json", None),
             ("paper/plan.json", Some("quick")),

@@ -90,8 +90,8 @@ fn the_page_works_in_a_browser() {
     }
 }
 
-/// The page follows a render to its end. `docs/preview/page_in_chromium.py` uses it as a person
-/// would.
+/// The page follows a render to its end. `docs/measurements/preview/page_in_chromium.py` uses it as
+/// a person would.
 #[test]
 fn the_preview_works_in_a_browser() {
     let Some(browser) = browser() else {

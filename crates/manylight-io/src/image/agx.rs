@@ -5,8 +5,8 @@
 //! return to the hue before the sigmoid, an outset, and a compensation of negative channels.
 //! Blender applies them as a table of 57 samples per axis. The matrices and the mixture of hues
 //! here are a least-squares fit to the colors that Blender 5.0's configuration gives, by
-//! `docs/pictures/agx_fit.py`. The difference is largest in almost black channels of saturated
-//! colors, where Blender interpolates between few samples.
+//! `docs/measurements/pictures/agx_fit.py`. The difference is largest in almost black channels of
+//! saturated colors, where Blender interpolates between few samples.
 
 /// Middle gray, the pivot of the curve.
 const GRAY: f32 = 0.18;

@@ -1,6 +1,6 @@
 //! Studies: methods are measured on a set of scenes, and the results are shown as a page of tables.
 //!
-//! A plan is a JSON file, described in `docs/study/README.md`. The modules, in reading order:
+//! A plan is a JSON file, described in `docs/studies.md`. The modules, in reading order:
 //!
 //! * [`StudyPlan`], [`load_plan`]: scenes, methods, tasks and ratios, read at one of the plan's
 //!   scales and checked.

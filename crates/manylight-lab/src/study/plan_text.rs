@@ -46,7 +46,7 @@ impl PlanText {
             line_start + error.column().saturating_sub(1),
             1,
             message,
-            "docs/study/README.md describes the format of plans",
+            "docs/studies.md describes the format of plans",
         )
     }
 

@@ -261,9 +261,9 @@ impl ManyLight {
 
 /// Virtual lights per pass for lightcuts: 32 times those of a sum over all lights, since a cut
 /// grows slowly with the number of lights. In the Glossy Room a thousand times as many lights take
-/// seven to eight times as long per point (docs/performance.md); at this rate, 32 times as many
-/// take less than three times as long. The time to make lights, and their memory, grow in
-/// proportion.
+/// seven to eight times as long per point (docs/measurements/performance.md); at this rate, 32
+/// times as many take less than three times as long. The time to make lights, and their memory,
+/// grow in proportion.
 const CUT_LIGHTS: u32 = 16_384;
 /// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8
 /// passes at 160x90: the variance of direct light falls by 1.5 and 2.1 times in the Kitchen, 1.7

@@ -1,4 +1,4 @@
-"""Reads the part of Mitsuba's scene format that the scenes of docs/paper use, for translation to other renderers.
+"""Reads the part of Mitsuba's scene format that the scenes of docs/measurements/paper use, for translation to other renderers.
 
 Vertices are in world space. Triangles are counterclockwise seen from the side of their normal. Texture coordinates have
 v = 0 at the first row of an image, as in Mitsuba.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""References of docs/paper/plan.json, accumulated over independent seeds. Each call continues from the stored state.
+"""References of docs/measurements/paper/plan.json, accumulated over independent seeds. Each call continues from the stored state.
 
     python3 references.py --time 60m [--scale quick] [--only NAME...] [--sources SOURCE...] [--manylight BINARY]
     python3 references.py --report

@@ -19,7 +19,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NUMBERS = Path(__file__).with_suffix(".json")
 #: Smaller changes are those of other allocations and hash seeds.
 NOTICEABLE = 0.005

@@ -1,4 +1,4 @@
-"""What the programs of docs/paper/plan.json have in common: options, images, the report, and what to do without a renderer."""
+"""What the programs of docs/measurements/paper/plan.json have in common: options, images, the report, and what to do without a renderer."""
 import argparse
 import contextlib
 import json

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 #: A scene of the project: diffuse and glossy surfaces, textures.
-SCENE = Path(__file__).resolve().parents[2] / "scenes" / "glossy-room" / "scene.xml"
+SCENE = Path(__file__).resolve().parents[3] / "scenes" / "glossy-room" / "scene.xml"
 
 
 @dataclass
