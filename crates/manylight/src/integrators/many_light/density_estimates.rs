@@ -14,6 +14,7 @@ use super::compensation_photons::{CompensationPhoton, direction_fraction, direct
 use super::gather_point::{DIRECTIONS, GatherPath, GatherPoint, GatherRole};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::integrators::light_groups::RadianceByGroup;
 use crate::integrators::partition::PathStage;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
@@ -91,19 +92,21 @@ fn densities(
 }
 
 /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Directions
-/// account for a part of what glossy lobes reflect.
+/// account for a part of what glossy lobes reflect. The radiance of each light group is added to
+/// `by_group`.
 pub(super) fn caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let lobes = point.at.bsdf.lobes();
     let mut radiance = Rgb::BLACK;
     if lobes.has(Lobes::DIFFUSE) {
-        radiance += diffuse_caustic_radiance(prepared, point, found);
+        radiance += diffuse_caustic_radiance(prepared, point, found, by_group);
     }
     if lobes.has(Lobes::GLOSSY) {
-        radiance += glossy_caustic_radiance(prepared, point, found);
+        radiance += glossy_caustic_radiance(prepared, point, found, by_group);
     }
     radiance
 }
@@ -113,10 +116,12 @@ fn diffuse_caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let limit = point.role.direction_limit();
     let photons = (&prepared.caustics, bandwidth(prepared, &point.path));
-    estimate(prepared, photons, point, found, |arriving| {
+    let found = (found, by_group);
+    estimate(prepared, photons, point, found, |arriving, by_group| {
         let all = match limit.is_finite() {
             true => arriving.f_cos(Lobes::NON_SPECULAR),
             false => Vec::new(),
@@ -128,7 +133,9 @@ fn diffuse_caustic_radiance(
                 Some(&f_cos) if !is_of_surface(photon) => direction_fraction(limit, f_cos),
                 _ => 1.0,
             };
-            sum += photon.flux * diffuse * (kernel * fraction);
+            let value = photon.flux * diffuse * (kernel * fraction);
+            sum += value;
+            by_group.add(photon.group, value);
         }
         sum
     })
@@ -139,9 +146,11 @@ fn glossy_caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let photons = (&prepared.caustics, glossy_bandwidth(prepared, &point.path));
-    estimate(prepared, photons, point, found, |arriving| {
+    let found = (found, by_group);
+    estimate(prepared, photons, point, found, |arriving, by_group| {
         let all = arriving.f_cos(Lobes::NON_SPECULAR);
         let glossy = arriving.f_cos(Lobes::GLOSSY);
         let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
@@ -155,21 +164,26 @@ fn glossy_caustic_radiance(
                 true => 1.0 - densities.surface_fraction(),
                 false => densities.photon_emission_fraction(photon.ray_density),
             };
-            sum += photon.flux * glossy * (kernel * fraction);
+            let value = photon.flux * glossy * (kernel * fraction);
+            sum += value;
+            by_group.add(photon.group, value);
         }
         sum
     })
 }
 
-/// Radiance at a gather point from compensation photons, in W/(m² sr).
+/// Radiance at a gather point from compensation photons, in W/(m² sr). The radiance of each light
+/// group is added to `by_group`.
 pub(super) fn compensation_photon_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let bandwidth = bandwidth(prepared, &point.path);
     let photons = (&prepared.compensation_photons, bandwidth);
-    estimate(prepared, photons, point, found, |arriving| {
+    let found = (found, by_group);
+    estimate(prepared, photons, point, found, |arriving, by_group| {
         let mut sum = Rgb::BLACK;
         arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
             let CompensationPhoton {
@@ -184,7 +198,9 @@ pub(super) fn compensation_photon_radiance(
             let (at, from) = ((&point.at).into(), &reflected.from);
             let (gather, lights) = (&prepared.gather, &prepared.lights);
             let clamped = gather.clamped_fraction(lights, &at, from, *assignment, |_| f_cos);
-            sum += reflected.photon.flux * kernel * (f_cos * (fraction * clamped));
+            let value = reflected.photon.flux * kernel * (f_cos * (fraction * clamped));
+            sum += value;
+            by_group.add(reflected.photon.group, value);
         });
         sum
     })
@@ -196,8 +212,8 @@ fn estimate<P: OnSurface + Sync>(
     prepared: &PreparedPasses,
     (photons, bandwidth): (&KdTree<P>, Bandwidth),
     point: &GatherPoint,
-    found: &mut Neighbors,
-    sum: impl Fn(&ArrivingPhotons<P>) -> Rgb,
+    (found, by_group): (&mut Neighbors, &mut RadianceByGroup),
+    sum: impl Fn(&ArrivingPhotons<P>, &mut RadianceByGroup) -> Rgb,
 ) -> Rgb {
     let weight = point.role.photon_weight();
     if weight == 0.0 {
@@ -217,11 +233,16 @@ fn estimate<P: OnSurface + Sync>(
     };
     let mut on_side = |n: Vec3| {
         let arriving = ArrivingPhotons::around(photons, receiver, n, bandwidth, found);
-        let sum = sum(&arriving);
-        match sum.is_black() {
-            true => sum,
-            false => sum / arriving.covered(&prepared.scene.geometry, probes),
+        let mut groups = RadianceByGroup::black(prepared.light_groups);
+        let sum = sum(&arriving, &mut groups);
+        if sum.is_black() {
+            return sum;
         }
+        let covered = arriving.covered(&prepared.scene.geometry, probes);
+        for (group, value) in groups.lit() {
+            by_group.add(group, value / covered * weight);
+        }
+        sum / covered
     };
     let visible_side = x.normal_towards(wo);
     let sum = match point.at.lit_from {
