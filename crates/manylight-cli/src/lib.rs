@@ -16,8 +16,8 @@
 //!  8 part pre_pass
 //!  7 session memory
 //!  6 report
-//!  5 repeat study_interface
-//!  4 choice request picture progress usage
+//!  5 relight repeat study_interface
+//!  4 choice light_groups request picture progress usage
 //!  3 args method
 //!  2 preset
 //!  1 light_options output interrupt
@@ -30,6 +30,7 @@ mod command;
 pub mod embed;
 mod failure;
 mod interrupt;
+mod light_groups;
 mod light_options;
 mod memory;
 mod method;
@@ -41,6 +42,7 @@ mod pre_pass;
 mod prepared;
 mod preset;
 mod progress;
+mod relight;
 mod repeat;
 mod report;
 mod request;
@@ -108,6 +110,7 @@ fn run(command: &Command) -> Result<u8, Failure> {
         Command::Render(args) => command::render::run(args),
         Command::Maps(args) => command::maps::run(args),
         Command::Merge(args) => command::merge::run(args),
+        Command::Relight(args) => command::relight::run(args),
         Command::Compare(args) => command::compare::run(args),
         Command::Study(args) => command::study::run(args),
         Command::Info(args) => command::info::run(args),

@@ -46,6 +46,7 @@ impl Session {
                 guide,
                 stats: &self.stats,
                 cancel: &never,
+                light_groups: 0,
             };
             ChoicePrePass::new(lights, (&self.scene, method.limits), &run)
         });

@@ -6,7 +6,7 @@ use crate::args::{
 };
 use crate::failure::Failure;
 use crate::method::{choice_refusal, method_kind};
-use crate::values::Crop;
+use crate::values::{Crop, GroupRule};
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
@@ -68,6 +68,13 @@ impl RenderRequest {
             check_part_name("--checkpoint", path)?;
         }
         let kind = method_kind(args.paths.method, &args.lights)?;
+        check_rules(&args.picture.light_group)?;
+        if args.picture.has_light_groups() && kind == MethodKind::Aov {
+            return Err(Failure::usage(
+                "--light-groups: the method aov renders no light",
+                "choose another --method, or omit --light-groups",
+            ));
+        }
         if args.denoise.denoise.is_some() && kind == MethodKind::Aov {
             return Err(Failure::usage(
                 "--denoise: the method aov renders no light to denoise",
@@ -224,6 +231,19 @@ fn check_part_name(option: &str, path: &Path) -> Result<(), Failure> {
         ),
         "use an extension such as .part",
     ))
+}
+
+/// Refuses two rules for one group.
+fn check_rules(rules: &[GroupRule]) -> Result<(), Failure> {
+    for (i, rule) in rules.iter().enumerate() {
+        if rules[..i].iter().any(|other| other.name == rule.name) {
+            return Err(Failure::usage(
+                format!("--light-group: the group `{}` is given twice", rule.name),
+                "one pattern makes a group; `*` and `?` match several names",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses outputs with an unknown format, and repeated outputs.
@@ -411,6 +431,21 @@ mod tests {
         assert_eq!(denoised.denoise.denoise, Some(Denoiser::Oidn));
         let failure = request("s.xml -m aov --denoise oidn").unwrap_err();
         assert_eq!(failure.exit_code(), 2);
+    }
+
+    #[test]
+    fn light_groups_are_named_once_and_need_light() {
+        let rules = "s.xml --light-group key=lamp* --light-group fill=sky";
+        let picture = request(rules).unwrap().picture;
+        assert!(picture.has_light_groups() && picture.light_group.len() == 2);
+        assert!(!request("s.xml").unwrap().picture.has_light_groups());
+        for words in [
+            "s.xml --light-group a=lamp --light-group a=sky",
+            "s.xml --light-group a=lamp,a=sky",
+            "s.xml -m aov --light-groups",
+        ] {
+            assert_eq!(request(words).unwrap_err().exit_code(), 2, "{words}");
+        }
     }
 
     #[test]

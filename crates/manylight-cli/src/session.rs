@@ -3,15 +3,16 @@
 use crate::choice::budget_and_block;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::light_groups::{check_groups, named};
 use crate::repeat::Settings;
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::integrators::{Choice, GuidedEmission};
+use manylight::integrators::{Choice, GuidedEmission, Method};
 use manylight::render::{RenderJob, Stats};
-use manylight::scene::{Scene, SceneDesc};
+use manylight::scene::{LightGroupNames, Scene, SceneDesc};
 use manylight_denoise::{
     FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
     render_features,
@@ -126,7 +127,7 @@ fn distinct_warnings(loaded: &LoadedScene) -> Vec<String> {
 /// Builds a scene that the camera of `request` sees.
 ///
 /// # Errors
-/// The scene is invalid, or has no such camera.
+/// The scene is invalid, or has no such camera or light groups.
 pub(crate) fn build_scene(
     request: &RenderRequest,
     mut desc: SceneDesc,
@@ -134,8 +135,17 @@ pub(crate) fn build_scene(
     stats: &Stats,
 ) -> Result<Scene, Failure> {
     desc.sensors = vec![request.camera(&desc.sensors)?];
+    let names = request
+        .picture
+        .has_light_groups()
+        .then(|| LightGroupNames::of(&desc));
     let scene = stats.time("build", || pool.install(|| Scene::build(desc, 0)));
-    scene.map_err(|error| scene_failure(&request.scene, error.message))
+    let mut scene = scene.map_err(|error| scene_failure(&request.scene, error.message))?;
+    if let Some(names) = names {
+        scene.set_light_groups(&named(&request.picture, &names)?);
+        check_groups(&scene.light_groups)?;
+    }
+    Ok(scene)
 }
 
 /// The failure of a scene with invalid content.
@@ -150,7 +160,7 @@ impl Session {
     /// The render.
     pub(crate) fn job(&self) -> RenderJob<'_> {
         let request = &self.request;
-        let mut method = request.method(self.scene.limits);
+        let mut method = self.method();
         let choice = self.choice.get();
         if let Some(choice) = choice {
             method.kind = choice.kind.clone();
@@ -166,9 +176,18 @@ impl Session {
         }
     }
 
+    /// The method as it was asked for, with the layers of the scene's light groups.
+    fn method(&self) -> Method {
+        let mut method = self.request.method(self.scene.limits);
+        if self.request.picture.has_light_groups() {
+            method.extra.light_groups = self.scene.light_groups.count();
+        }
+        method
+    }
+
     /// The guide of the photons, made when it is needed first; `None` for methods without photons.
     pub(crate) fn guide(&self) -> Option<&EmissionGuide> {
-        let method = self.request.method(self.scene.limits);
+        let method = self.method();
         let make = || method.guided_emission(&self.scene);
         let guided = || self.pool.install(|| self.stats.time("photons", make));
         (method.emits_photons()).then(|| &self.guided.get_or_init(guided).guide)

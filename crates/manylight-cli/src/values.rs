@@ -110,6 +110,52 @@ pub(crate) fn lobes(text: &str) -> Result<u32, String> {
     }
 }
 
+/// A rule for a light group: a name, and a pattern of names of emitters in which `*` stands for any
+/// text and `?` for any letter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct GroupRule {
+    pub(crate) name: String,
+    pub(crate) pattern: String,
+}
+
+/// `NAME=PATTERN`.
+pub(crate) fn group_rule(text: &str) -> Result<GroupRule, String> {
+    match text.split_once('=') {
+        Some((name, pattern)) if !name.is_empty() && !pattern.is_empty() => Ok(GroupRule {
+            name: name.into(),
+            pattern: pattern.into(),
+        }),
+        _ => Err("expected NAME=PATTERN, such as `key=lamp*`".into()),
+    }
+}
+
+/// Factors on the light of a group, per channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GroupWeight {
+    pub(crate) name: String,
+    pub(crate) factors: [f32; 3],
+}
+
+/// `NAME=R,G,B`, or `NAME=X` for three equal factors.
+pub(crate) fn group_weight(text: &str) -> Result<GroupWeight, String> {
+    const EXPECTED: &str = "expected NAME=R,G,B or NAME=X with numbers of at least 0";
+    let (name, numbers) = text.rsplit_once('=').ok_or(EXPECTED)?;
+    let number = |text: &str| {
+        let value = text.trim().parse::<f32>().ok();
+        value.filter(|value| value.is_finite() && *value >= 0.0)
+    };
+    let numbers: Option<Vec<f32>> = numbers.split(',').map(number).collect();
+    let factors = match numbers.ok_or(EXPECTED)?[..] {
+        [all] => [all; 3],
+        [r, g, b] => [r, g, b],
+        _ => return Err(EXPECTED.into()),
+    };
+    Ok(GroupWeight {
+        name: name.into(),
+        factors,
+    })
+}
+
 /// A finite number > 0.
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {

@@ -23,6 +23,22 @@ macro_rules! ids {
     )*};
 }
 
+/// Index of a light group: emitters whose light has a layer of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(transparent)]
+pub struct LightGroup(pub u8);
+
+impl LightGroup {
+    /// Most light groups of a picture.
+    pub const MOST: usize = 64;
+
+    /// The index as a `usize`, for slices.
+    #[inline]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 ids! {
     /// Index of a shape in object space.
     ShapeId,

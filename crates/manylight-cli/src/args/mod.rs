@@ -21,7 +21,7 @@ pub(crate) use inspect::{
     CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,
 };
 pub(crate) use measure::{CompareArgs, StudyArgs};
-pub(crate) use parts::{MergeArgs, PartArgs};
+pub(crate) use parts::{MergeArgs, PartArgs, RelightArgs};
 pub(crate) use picture::{FileArgs, PictureArgs};
 pub(crate) use render::{
     CameraArgs, DenoiseArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs, RunArgs,
@@ -52,6 +52,8 @@ pub(crate) enum Command {
     Maps(Box<MapsArgs>),
     /// Merge the parts of a render to image files.
     Merge(MergeArgs),
+    /// Weigh the light groups of an image anew, without a render.
+    Relight(RelightArgs),
     /// Measure how images differ from a reference.
     Compare(CompareArgs),
     /// Measure methods on scenes according to a plan, and write a page of tables.

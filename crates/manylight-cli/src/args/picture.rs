@@ -2,7 +2,7 @@
 
 use super::written;
 use crate::names::{AovNames, Named, one_of};
-use crate::values;
+use crate::values::{self, GroupRule};
 use clap::{Args, ValueEnum};
 use manylight::integrators::{ExtraLayers, MethodKind};
 use manylight_io::image::{DisplayTransform, View};
@@ -22,6 +22,19 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     #[serde(serialize_with = "written::list")]
     pub(crate) aov: Vec<Aov>,
+
+    /// Write a layer for each light group, and its variance, to exr files: the light of emitters
+    /// with one name, as the scene or rules say. The layers sum to the image; `manylight relight`
+    /// weighs them.
+    #[arg(long)]
+    pub(crate) light_groups: bool,
+
+    /// A light group, which switches these layers on: emitters with names that PATTERN matches (*
+    /// any text, ? any letter). May be repeated, or separated by commas; the first rule that
+    /// matches decides. Emitters without a rule form the group rest.
+    #[arg(long, value_name = "NAME=PATTERN", value_delimiter = ',', value_parser = values::group_rule)]
+    #[serde(serialize_with = "written::group_rules")]
+    pub(crate) light_group: Vec<GroupRule>,
 }
 
 /// Options of image files.
@@ -58,7 +71,7 @@ pub(crate) enum Aov {
 }
 
 impl PictureArgs {
-    /// The layers to record beyond those of the method `kind`.
+    /// The layers to record beyond those of the method `kind`, but those of light groups.
     pub(crate) fn extra_layers(&self, kind: &MethodKind) -> ExtraLayers {
         let is_all = *kind == MethodKind::Aov || self.aov.contains(&Aov::All);
         let has = |aov| is_all || self.aov.contains(&aov);
@@ -66,7 +79,13 @@ impl PictureArgs {
             position: has(Aov::Position),
             objects: has(Aov::Object),
             materials: has(Aov::Material),
+            light_groups: 0,
         }
+    }
+
+    /// Whether pictures have a layer for each light group.
+    pub(crate) fn has_light_groups(&self) -> bool {
+        self.light_groups || !self.light_group.is_empty()
     }
 }
 

@@ -1,6 +1,7 @@
 //! How the values of options are written: as text that the command line reads, or as JSON.
 
 use crate::names::{Named, name_of};
+use crate::values::GroupRule;
 use manylight::math::UVec2;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -38,6 +39,14 @@ pub(super) fn list<T: clap::ValueEnum, S: Serializer>(
     let words = values.iter().filter_map(T::to_possible_value);
     let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
     to.serialize_str(&words.join(","))
+}
+
+/// Rules of light groups, separated by commas.
+pub(super) fn group_rules<S: Serializer>(rules: &[GroupRule], to: S) -> Result<S::Ok, S::Error> {
+    let words = rules
+        .iter()
+        .map(|rule| format!("{}={}", rule.name, rule.pattern));
+    to.serialize_str(&words.collect::<Vec<_>>().join(","))
 }
 
 /// Parameters of a scene by name.

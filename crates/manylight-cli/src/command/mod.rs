@@ -7,5 +7,6 @@ pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod maps;
 pub(crate) mod merge;
+pub(crate) mod relight;
 pub(crate) mod render;
 pub(crate) mod study;

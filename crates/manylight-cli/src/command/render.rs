@@ -113,7 +113,7 @@ impl Run<'_> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (pool, stats) = (&session.pool, &session.stats);
         self.choose(oidn)?;
-        let mut preview = RenderPreview::start(self.args, &session.request, &self.console);
+        let mut preview = RenderPreview::start(self.args, session, &self.console);
         let Prepared {
             job,
             identity,

@@ -1,11 +1,12 @@
 //! Scenes that are loaded once and rendered several times.
 
 use crate::failure::Failure;
+use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, scene_failure, thread_pool};
 use crate::usage::render_args;
 use manylight::render::Stats;
-use manylight::scene::{Scene, SceneDesc};
+use manylight::scene::{LightGroupNames, Scene, SceneDesc};
 use manylight::sensors::SensorDesc;
 use manylight_io::LoadOptions;
 use rayon::ThreadPool;
@@ -18,6 +19,8 @@ pub struct HeldScene {
     digest: String,
     warnings: Vec<String>,
     cameras: Vec<SensorDesc>,
+    /// Names of the sources of emission in the file.
+    sources: LightGroupNames,
     content: Mutex<Content>,
 }
 
@@ -48,6 +51,7 @@ impl HeldScene {
             digest: file.digest,
             warnings: file.warnings,
             cameras: file.desc.sensors.clone(),
+            sources: LightGroupNames::of(&file.desc),
             content: Mutex::new(Content::Described(Box::new(file.desc))),
         })
     }
@@ -90,7 +94,7 @@ impl HeldScene {
         })
     }
 
-    /// The scene with the camera of `request`.
+    /// The scene with the camera and the light groups of `request`.
     fn scene(
         &self,
         request: &RenderRequest,
@@ -98,6 +102,9 @@ impl HeldScene {
         stats: &Stats,
     ) -> Result<Arc<Scene>, Failure> {
         let camera = request.camera(&self.cameras)?;
+        let has_groups = request.picture.has_light_groups();
+        let groups = has_groups.then(|| named(&request.picture, &self.sources));
+        let groups = groups.transpose()?;
         let mut content = self.content.lock().unwrap_or_else(PoisonError::into_inner);
         if let Content::Described(desc) = &mut *content {
             let built = build_scene(request, std::mem::take(desc), pool, stats);
@@ -122,6 +129,18 @@ impl HeldScene {
             };
             let changed = scene.set_sensor(camera);
             changed.map_err(|error| scene_failure(&request.scene, error.message))?;
+        }
+        if let Some(groups) = groups {
+            if !scene.has_light_groups(&groups) {
+                let Some(scene) = Arc::get_mut(scene) else {
+                    return Err(Failure::usage(
+                        "the scene is being rendered with other light groups",
+                        "end that render first, or load the scene a second time",
+                    ));
+                };
+                scene.set_light_groups(&groups);
+            }
+            check_groups(&scene.light_groups)?;
         }
         Ok(Arc::clone(scene))
     }

@@ -57,6 +57,7 @@ impl Session {
                 },
                 stats: &self.stats,
                 cancel: interrupt.cancel(),
+                light_groups: 0,
             };
             lights.interim_maps(&self.scene, method.limits, &run)
         }))

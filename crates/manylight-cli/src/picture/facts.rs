@@ -12,6 +12,9 @@ use std::collections::BTreeMap;
 pub(crate) struct PictureFacts {
     /// Names by id, of each recorded id layer.
     names: BTreeMap<String, Vec<String>>,
+    /// Names of the light groups.
+    #[serde(default)]
+    light_groups: Vec<String>,
     camera: CameraFacts,
     /// Metadata (name, value).
     pub(crate) metadata: Vec<(String, String)>,
@@ -42,6 +45,7 @@ impl PictureFacts {
         let screen = scene.sensor.screen_window();
         PictureFacts {
             names: id_layers.iter().map(names).collect(),
+            light_groups: scene.light_groups.names().to_vec(),
             camera: CameraFacts {
                 camera_from_world: scene.sensor.camera_from_world().to_cols_array(),
                 ndc_from_world: scene.sensor.film_from_world().to_cols_array(),
@@ -57,6 +61,11 @@ impl PictureFacts {
         self.names
             .get(layer.array_name())
             .map_or(&[], Vec::as_slice)
+    }
+
+    /// Names of the light groups.
+    pub(crate) fn light_groups(&self) -> &[String] {
+        &self.light_groups
     }
 
     /// The camera.

@@ -26,6 +26,12 @@ use std::path::PathBuf;
 
 pub(crate) const RGB: &[&str] = &["R", "G", "B"];
 
+/// Start of the name of a light group's layer: that of Blender's light groups, which compositors
+/// know.
+pub(crate) const GROUP: &str = "Combined_";
+/// Start of the name of a light group's layer of variances, before that of its layer.
+pub(crate) const GROUP_VARIANCE: &str = "variance_";
+
 /// What a picture is made of.
 pub(crate) struct PictureSource<'f> {
     /// The rendered film.
@@ -68,7 +74,12 @@ impl PictureSource<'_> {
     pub(crate) fn picture(&self, naming: AovNames) -> LayeredImage {
         let film = self.film;
         let size = film.image_size();
-        let mut layers = film_layers(film, self.denoised, naming);
+        let named = NamedFilm {
+            film,
+            denoised: self.denoised,
+            groups: self.facts.light_groups(),
+        };
+        let mut layers = film_layers(&named, naming);
         let mut metadata = self.facts.metadata.clone();
         metadata.extend(noise::metadata(film));
         for &layer in film.id_layers() {
@@ -87,11 +98,30 @@ impl PictureSource<'_> {
     }
 }
 
-pub(crate) fn film_layers(
-    film: &Film,
-    denoised: Option<&Image>,
-    naming: AovNames,
-) -> Vec<ImageLayer> {
+/// A film with what its layers are named by.
+#[derive(Clone, Copy)]
+pub(crate) struct NamedFilm<'f> {
+    pub(crate) film: &'f Film,
+    pub(crate) denoised: Option<&'f Image>,
+    /// Names of the light groups.
+    pub(crate) groups: &'f [String],
+}
+
+impl NamedFilm<'_> {
+    /// The name of a layer in image files.
+    pub(crate) fn name_of(&self, layer: Layer) -> String {
+        match layer {
+            Layer::LightGroup(group) => match self.groups.get(group.index()) {
+                Some(name) => format!("{GROUP}{name}"),
+                None => format!("{GROUP}{}", group.0),
+            },
+            _ => layer.name().into_owned(),
+        }
+    }
+}
+
+pub(crate) fn film_layers(named_film: &NamedFilm, naming: AovNames) -> Vec<ImageLayer> {
+    let NamedFilm { film, denoised, .. } = *named_film;
     let mut layers: Vec<ImageLayer> = Vec::new();
     let mut push = |name: &str, channels: &[&str], image: &Image| {
         layers.push(named(&naming.layer(name), channels, image));
@@ -103,11 +133,14 @@ pub(crate) fn film_layers(
         let name = match (layer, denoised) {
             (Layer::Beauty, Some(denoised)) => {
                 push("", RGB, denoised);
-                NOISY
+                NOISY.to_owned()
             }
-            _ => layer.name(),
+            _ => named_film.name_of(layer),
         };
-        push(name, channels(layer), &image);
+        push(&name, channels(layer), &image);
+        if let (Layer::LightGroup(_), Some(variance)) = (layer, film.layer_variance(layer)) {
+            push(&format!("{GROUP_VARIANCE}{name}"), RGB, &variance);
+        }
         if layer == Layer::Beauty {
             push("variance", RGB, &film.variance());
             push("block_variance", RGB, &film.block_variance());
@@ -152,7 +185,12 @@ pub(crate) fn channels(layer: Layer) -> &'static [&'static str] {
 
 /// Number of channels of a picture with these layers.
 pub(crate) fn channel_count(layers: &[Layer], id_layers: &[IdLayer]) -> usize {
-    let of_layers: usize = layers.iter().map(|&layer| channels(layer).len()).sum();
+    let of_layer = |&layer: &Layer| match layer {
+        // With its variance.
+        Layer::LightGroup(_) => 2 * RGB.len(),
+        _ => channels(layer).len(),
+    };
+    let of_layers: usize = layers.iter().map(of_layer).sum();
     // The variances of the image, of its pixels and of its blocks.
     let of_variances = 2 * RGB.len();
     of_layers + of_variances + id_layers.len() * Cryptomatte::CHANNELS
@@ -202,7 +240,12 @@ mod tests {
                 samples.add(i, Layer::Depth, Rgb::splat(5.0));
             }
         });
-        let layers = film_layers(&film, None, AovNames::Manylight);
+        let named_film = NamedFilm {
+            film: &film,
+            denoised: None,
+            groups: &[],
+        };
+        let layers = film_layers(&named_film, AovNames::Manylight);
         let names: Vec<&str> = layers
             .iter()
             .flat_map(|l| &l.channels)

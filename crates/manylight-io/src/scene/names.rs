@@ -1,6 +1,7 @@
-//! Names of shapes and materials, by which mattes identify them.
+//! Names of shapes and materials, by which mattes identify them, and of light groups.
 
 use manylight::ids::MaterialId;
+use manylight::scene::SceneDesc;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -36,9 +37,23 @@ impl ShapeNames {
     }
 }
 
+/// Names the light group of the emitters of `desc` from index `first` on, if there is a name.
+pub(super) fn name_light_group(desc: &mut SceneDesc, first: usize, name: Option<&str>) {
+    for emitter in first..desc.emitters.len() {
+        set_name(&mut desc.emitter_groups, emitter, name.unwrap_or_default());
+    }
+}
+
 /// Names a material that has no name yet.
 pub(super) fn name_material(names: &mut Vec<String>, material: MaterialId, name: &str) {
-    let index = material.index();
+    set_name(names, material.index(), name);
+}
+
+/// Sets the name of index `index`, if there is one and it has no name yet.
+pub(super) fn set_name(names: &mut Vec<String>, index: usize, name: &str) {
+    if name.is_empty() {
+        return;
+    }
     if names.len() <= index {
         names.resize(index + 1, String::new());
     }

@@ -43,6 +43,7 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (Prepared
         pass: Pass { seed: 1, index: 0 },
         stats: &stats,
         cancel: &cancel,
+        light_groups: 0,
     };
     let method = ManyLight {
         light_count: count,

@@ -1,7 +1,7 @@
 //! Emitters as a scene file describes them.
 
 use crate::color::Rgb;
-use crate::ids::TextureId;
+use crate::ids::{EmitterId, PrimitiveId, TextureId};
 use crate::image::Image;
 use crate::math::{Mat3, Vec2, Vec3};
 use crate::texture::ColorInput;
@@ -86,6 +86,15 @@ impl Emitter {
     pub fn is_invisible(&self) -> bool {
         matches!(self, Emitter::InvisibleArea { .. })
     }
+}
+
+/// What emits light: a part of the emitters that names tell apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EmissionSource {
+    /// A primitive with an emitter.
+    Surface(PrimitiveId),
+    /// An emitter without a surface.
+    Emitter(EmitterId),
 }
 
 /// Decrease of the intensity of a spot from 1 at the border of its beam to 0 at its cutoff.

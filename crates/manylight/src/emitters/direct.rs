@@ -6,7 +6,7 @@ use super::description::Emitter;
 use super::elements::{ElementList, EmittingScene};
 use super::emitter_tree::{ChosenElements, EmitterTree};
 use super::environment_lobes::EnvironmentLobes;
-use super::infinite::InfiniteLightSamples;
+use super::infinite::{ENVIRONMENT, InfiniteLightSamples};
 use super::receivers::Receivers;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
@@ -46,6 +46,8 @@ pub struct DirectSamples<S: Width> {
     pub target: Vector<S>,
     pub weight: Color<S>,
     pub pdf: Float<S>,
+    /// What `Emitters::source` takes.
+    pub source: Word<S>,
     /// The lanes with a sample. Elsewhere the fields are unspecified.
     pub valid: Mask<S>,
 }
@@ -161,6 +163,7 @@ impl Emitters {
             target: y.target,
             weight,
             pdf: is_unseen.select(0.0, pdf),
+            source: element,
             valid: y.valid & (!is_unseen | has_weight),
         }
     }
@@ -198,7 +201,8 @@ impl Emitters {
         }
         let wi = Vector::from_fn(s, |i| directions.as_ref()[i]);
         let (radiance, pdf) = self.environment_lanes(receivers, wi, lobes);
-        let by_lobes = self.far_samples(receivers, wi, (radiance / pdf, pdf), guided);
+        let light = Word::splat(s, ENVIRONMENT);
+        let by_lobes = self.far_samples(receivers, (wi, light), (radiance / pdf, pdf), guided);
         DirectSamples::select(guided, by_lobes, samples)
     }
 
@@ -217,15 +221,15 @@ impl Emitters {
             * self.infinite_probability;
         let weight = samples.radiance / is_parallel.select(of_parallel, pdf);
         let pdf = is_parallel.select(0.0, pdf);
-        self.far_samples(receivers, samples.wi, (weight, pdf), lanes)
+        self.far_samples(receivers, (samples.wi, samples.light), (weight, pdf), lanes)
     }
 
-    /// Samples in the directions `wi` to infinite lights.
+    /// Samples in the directions `wi` to the infinite lights of these indices.
     #[inline(always)]
     fn far_samples<S: Width>(
         &self,
         receivers: &Receivers<S>,
-        wi: Vector<S>,
+        (wi, light): (Vector<S>, Word<S>),
         (weight, pdf): (Color<S>, Float<S>),
         lanes: Mask<S>,
     ) -> DirectSamples<S> {
@@ -237,6 +241,7 @@ impl Emitters {
             target: receivers.p + wi * far,
             weight,
             pdf,
+            source: light + self.elements.len() as u32,
             valid: lanes & !weight.is_black() & weight.is_finite(),
         }
     }
@@ -371,6 +376,7 @@ impl<S: Width> DirectSamples<S> {
             target: Vector::select(m, a.target, b.target),
             weight: Color::select(m, a.weight, b.weight),
             pdf: m.select(a.pdf, b.pdf),
+            source: m.select_words(a.source, b.source),
             valid: (m & a.valid) | (!m & b.valid),
         }
     }

@@ -1,11 +1,11 @@
 //! Emission of photons.
 
-use super::Emitters;
 use super::description::Emitter;
 use super::elements::EmitterElement;
 use super::emission_cells::{EmissionCells, UnitChoice};
 use super::infinite::{GuidingPrepass, InfiniteEmissionNumbers, InfiniteLightGuides};
 use super::point::spot_direction;
+use super::{EmissionSource, Emitters};
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint};
 use crate::ids::{EmitterId, PrimitiveId};
@@ -41,6 +41,8 @@ pub struct EmissionSample {
     pub flux: Rgb,
     /// The emitter.
     pub emitter: EmitterId,
+    /// The part of the emitter that names tell apart.
+    pub source: EmissionSource,
     /// The emitting point of an area emitter; `None` for points, spots and infinite lights. Light
     /// tracing connects it to the camera.
     pub surface: Option<SurfacePoint>,
@@ -245,6 +247,8 @@ impl EmissionGuide {
             ray,
             flux: flux / pmf,
             emitter,
+            source: (chosen.element)
+                .map_or(EmissionSource::Emitter(emitter), EmitterElement::source),
             surface,
         })
     }

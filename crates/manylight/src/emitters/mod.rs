@@ -24,7 +24,9 @@ mod receivers;
 #[cfg(test)]
 mod tests;
 
-pub use description::{DeformedCone, Emitter, Environment, ProjectorTexture, SpotFalloff};
+pub use description::{
+    DeformedCone, EmissionSource, Emitter, Environment, ProjectorTexture, SpotFalloff,
+};
 pub use direct::{DirectSample, DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use emission_cells::EmissionCells;
@@ -135,6 +137,29 @@ impl Emitters {
     /// find radiance.
     pub fn has_environment(&self) -> bool {
         self.infinite.fills_directions()
+    }
+
+    /// The infinite lights that fill a solid angle.
+    pub fn environment_lights(&self) -> impl Iterator<Item = EmitterId> + '_ {
+        self.infinite.environments()
+    }
+
+    /// Radiance of each infinite light that fills a solid angle, from the unit direction `wi`: the
+    /// terms of [`Emitters::environment`].
+    pub fn environment_terms(&self, wi: Vec3) -> impl Iterator<Item = (EmitterId, Rgb)> + '_ {
+        self.infinite.terms(wi)
+    }
+
+    /// The source of a sample, given by [`DirectSamples::source`]; `None` for the environment.
+    pub(crate) fn source(&self, source: u32) -> Option<EmissionSource> {
+        let source = source as usize;
+        match source < self.elements.len() {
+            true => Some(self.elements.element(source).source()),
+            false => {
+                let light = self.infinite.emitter(source - self.elements.len());
+                light.map(EmissionSource::Emitter)
+            }
+        }
     }
 
     /// Flux of one emitter into the scene in W. It is an estimate for infinite lights (irradiance

@@ -20,6 +20,7 @@ use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::CoverageSums;
 use super::sums::{PassSums, TileSums};
 use super::{Film, IdLayer, Layer};
+use std::borrow::Cow;
 use std::fmt;
 
 #[cfg(doc)]
@@ -135,18 +136,18 @@ impl IdLayer {
 
 impl Layer {
     /// Name of the layer in arrays: that in image files, or `beauty`.
-    pub fn array_name(self) -> &'static str {
+    pub fn array_name(self) -> Cow<'static, str> {
         match self {
-            Layer::Beauty => "beauty",
+            Layer::Beauty => "beauty".into(),
             other => other.name(),
         }
     }
 
     /// The inverse of [`Layer::array_name`].
     pub fn from_array_name(name: &str) -> Option<Self> {
-        Layer::ALL
-            .into_iter()
+        (Layer::ALL.into_iter())
             .find(|layer| layer.array_name() == name)
+            .or_else(|| Layer::light_group_of_name(name))
     }
 }
 

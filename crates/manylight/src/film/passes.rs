@@ -4,6 +4,7 @@ use super::blocks::{BLOCK_STEP, DEFAULT_BLOCK};
 use super::coverage::{self, IdLayer, IdSample};
 use super::layer::{Layer, Slots};
 use super::sums::{PassSums, PixelShape};
+use super::tile_samples::TileBuffers;
 use super::tiles::TileGrid;
 use super::{FilmDesc, Tile, TileSamples, Tiling};
 use crate::color::Rgb;
@@ -151,6 +152,11 @@ impl Film {
         &self.layers
     }
 
+    /// Number of light groups that the film records; 0 for none.
+    pub fn light_groups(&self) -> usize {
+        Slots::new(&self.layers).groups()
+    }
+
     /// Recorded id layers.
     pub fn id_layers(&self) -> &[IdLayer] {
         &self.id_layers
@@ -220,17 +226,12 @@ impl Film {
             if cancel.load(Ordering::Relaxed) {
                 return false;
             }
-            values.clear();
-            values.resize(tile.count() * stride, Rgb::BLACK);
-            ids.clear();
-            shade(&mut TileSamples {
-                tile,
-                slots,
-                stride,
+            let buffers = TileBuffers {
                 values,
-                id_layers,
-                ids,
-            });
+                ids: &mut *ids,
+            };
+            let layers = (slots, stride);
+            shade(&mut TileSamples::new(tile, layers, id_layers, buffers));
             ids.sort_by_key(|sample| sample.pixel);
             true
         });
@@ -262,16 +263,17 @@ impl Film {
         true
     }
 
-    /// Adds a pass given as a whole image, for light tracing: `pixels` row by row, the beauty only.
-    pub fn add_frame(&mut self, pixels: &[Rgb], dropped: &AtomicU64) {
+    /// Adds a pass given as whole images, for light tracing: the `pixels` of the beauty row by row,
+    /// and those of the layers of light groups, if any.
+    pub fn add_frame(&mut self, pixels: &[Rgb], groups: &[Vec<Rgb>], dropped: &AtomicU64) {
         let width = self.image_size().x;
         self.add_pass(&AtomicBool::new(false), dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
-                samples.add(
-                    i,
-                    Layer::Beauty,
-                    pixels[(pixel.y * width + pixel.x) as usize],
-                );
+                let place = (pixel.y * width + pixel.x) as usize;
+                samples.add(i, Layer::Beauty, pixels[place]);
+                for (layer, pixels) in Layer::of_light_groups(groups.len()).zip(groups) {
+                    samples.add(i, layer, pixels[place]);
+                }
             }
         });
     }

@@ -1,10 +1,11 @@
 //! The samples of one pass in one tile.
 
 use super::coverage::{IdLayer, IdSample};
-use super::layer::Slots;
+use super::layer::{LAYERS, Slots};
 use super::tiles::{TileGrid, Tiling};
 use super::{Layer, Tile};
 use crate::color::Rgb;
+use crate::ids::LightGroup;
 use crate::math::UVec2;
 use rayon::prelude::*;
 
@@ -13,10 +14,18 @@ use rayon::prelude::*;
 pub struct TileSamples<'f> {
     pub(super) tile: Tile,
     pub(super) slots: Slots,
+    /// By layer: factor of its values in the layers of light groups.
+    group_weights: [f32; LAYERS],
     /// Number of recorded layers. The values of one pixel are adjacent, in layer order.
     pub(super) stride: usize,
     pub(super) values: &'f mut [Rgb],
     pub(super) id_layers: &'f [IdLayer],
+    pub(super) ids: &'f mut Vec<IdSample>,
+}
+
+/// Memory for the samples of a tile.
+pub(super) struct TileBuffers<'f> {
+    pub(super) values: &'f mut Vec<Rgb>,
     pub(super) ids: &'f mut Vec<IdSample>,
 }
 
@@ -42,16 +51,13 @@ pub fn shaded_pixels(
 ) -> ShadedPixels {
     let tiles: Vec<Tile> = TileGrid::new(size, tiling).tiles().collect();
     let shaded = |&tile: &Tile| {
-        let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
-        let mut ids = Vec::new();
-        shade(&mut TileSamples {
-            tile,
-            slots: Slots::new(layers),
-            stride: layers.len(),
+        let (mut values, mut ids) = (Vec::new(), Vec::new());
+        let buffers = TileBuffers {
             values: &mut values,
-            id_layers,
             ids: &mut ids,
-        });
+        };
+        let slots = (Slots::new(layers), layers.len());
+        shade(&mut TileSamples::new(tile, slots, id_layers, buffers));
         (values, summed(ids))
     };
     let shaded: Vec<(Vec<Rgb>, Vec<IdSample>)> = tiles.par_iter().map(shaded).collect();
@@ -100,6 +106,30 @@ fn summed(mut samples: Vec<IdSample>) -> Vec<IdSample> {
     sums
 }
 
+impl<'f> TileSamples<'f> {
+    /// Black samples, in layers given by their indices and their number.
+    pub(super) fn new(
+        tile: Tile,
+        (slots, stride): (Slots, usize),
+        id_layers: &'f [IdLayer],
+        buffers: TileBuffers<'f>,
+    ) -> Self {
+        let TileBuffers { values, ids } = buffers;
+        values.clear();
+        values.resize(tile.count() * stride, Rgb::BLACK);
+        ids.clear();
+        TileSamples {
+            tile,
+            slots,
+            group_weights: [1.0; LAYERS],
+            stride,
+            values,
+            id_layers,
+            ids,
+        }
+    }
+}
+
 impl TileSamples<'_> {
     /// The pixels to fill.
     pub fn tile(&self) -> Tile {
@@ -124,9 +154,33 @@ impl TileSamples<'_> {
         }
     }
 
+    /// Number of light groups that the film records; 0 for none.
+    #[inline]
+    pub fn light_groups(&self) -> usize {
+        self.slots.groups()
+    }
+
+    /// [`TileSamples::add`] of light from emitters of `group`, which is added to the layer of that
+    /// group too.
+    #[inline]
+    pub fn add_light(&mut self, index: usize, layer: Layer, group: LightGroup, value: Rgb) {
+        self.add(index, layer, value);
+        if let Some(slot) = self.slots.of_group(group) {
+            let weight = self.group_weights[layer.index()];
+            self.values[index * self.stride + slot] += value * weight;
+        }
+    }
+
+    /// From now on, [`TileSamples::add_light`] adds values to the layers of light groups with the
+    /// factor `weight(layer)`: for samples that [`TileSamples::mix`] will weigh.
+    pub fn weigh_light_groups(&mut self, weight: impl Fn(Layer) -> f32) {
+        self.group_weights = Layer::ALL.map(weight);
+    }
+
     /// Replaces the value `x` of each layer by `(1 - w) x + w y`, with `w = weight(layer)`. `other`
     /// contains sums over `samples` samples, and `y` is their mean. For ids, `w` is `id_weight`. The
-    /// beauty becomes the sum of its terms.
+    /// beauty becomes the sum of its terms, and light groups the sum `x + y` of values that are
+    /// weighted before: [`TileSamples::weigh_light_groups`].
     ///
     /// # Panics
     /// If `other` has other layers.
@@ -148,6 +202,10 @@ impl TileSamples<'_> {
             let others = &other.values[place as usize * self.stride..][..self.stride];
             let mut beauty = Rgb::BLACK;
             for ((x, &y), &layer) in values.iter_mut().zip(others).zip(&other.layers) {
+                if let Layer::LightGroup(_) = layer {
+                    *x += y * per_sample;
+                    continue;
+                }
                 let w = weight(layer);
                 *x = *x * (1.0 - w) + y * (w * per_sample);
                 if layer.is_term() {

@@ -3,18 +3,19 @@
 use super::batch_sums::BatchSums;
 use super::points::Batch;
 use super::{Gather, Gathered, LightIndex};
+use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
 
 /// Adds the lights that up to [`BATCHES`](super::points::BATCHES) batches have in common to the
-/// sums of their points.
+/// sums of their points, in all and by light group.
 pub(super) fn add(
     gather: &Gather,
     scene: &Scene,
     lights: &LightIndex,
     batches: &[Batch],
-    sums: &mut [Gathered],
+    (sums, by_group): (&mut [Gathered], &mut [Rgb]),
 ) {
     Isa::best().run(AddLights {
         gather,
@@ -22,6 +23,7 @@ pub(super) fn add(
         lights,
         batches,
         sums,
+        by_group,
     });
 }
 
@@ -31,6 +33,7 @@ struct AddLights<'a> {
     lights: &'a LightIndex<'a>,
     batches: &'a [Batch<'a, 'a>],
     sums: &'a mut [Gathered],
+    by_group: &'a mut [Rgb],
 }
 
 impl SimdKernel for AddLights<'_> {
@@ -40,17 +43,20 @@ impl SimdKernel for AddLights<'_> {
     fn run<I: Simd>(self, isa: I) {
         let subset = self.batches[0].lights;
         let lights = subset.indices(self.lights.set.lights().len());
-        let connections = lights.len();
+        let (connections, groups) = (lights.len(), self.lights.groups);
         let mut sum = BatchSums::new(
             isa.wide(),
             self.gather,
             self.scene,
             self.lights,
             self.batches,
-            1,
+            groups.max(1),
         )
         .with_roulette();
         for id in lights.map(|k| LightId(k as u32)) {
+            if groups > 0 {
+                sum.slot = self.lights.set.lights()[id.index()].group.index();
+            }
             sum.add_light(id, self.sums);
         }
         sum.flush(self.sums);
@@ -58,7 +64,13 @@ impl SimdKernel for AddLights<'_> {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum_there = &mut self.sums[member];
-                sum_there.radiance += sum.gathered[0][b].rgb(i);
+                for slot in &sum.gathered {
+                    sum_there.radiance += slot[b].rgb(i);
+                }
+                let of_point = self.by_group.iter_mut().skip(member * groups);
+                for (group, slot) in of_point.zip(&sum.gathered).take(groups) {
+                    *group += slot[b].rgb(i);
+                }
                 sum_there.terms = connections as u32;
                 sum_there.connections = connections as u64;
             }

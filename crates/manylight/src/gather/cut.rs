@@ -51,6 +51,7 @@ struct AddCut<'a> {
     limits: CutLimits,
     batches: &'a [Batch<'a, 'a>],
     sums: &'a mut [Gathered],
+    by_group: &'a mut [Rgb],
     /// Mean position of the points.
     middle: Vec3,
     rng: Pcg,
@@ -62,7 +63,7 @@ pub(super) fn add(
     (scene, lights): (&Scene, &LightIndex),
     limits: CutLimits,
     batches: &[Batch],
-    sums: &mut [Gathered],
+    (sums, by_group): (&mut [Gathered], &mut [Rgb]),
 ) {
     let tree = lights.tree.as_ref();
     let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
@@ -82,6 +83,7 @@ pub(super) fn add(
         },
         batches,
         sums,
+        by_group,
     });
 }
 
@@ -93,7 +95,7 @@ impl SimdKernel for AddCut<'_> {
         let s = isa.wide();
         let mut sum = BatchSums::new(s, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
-        if let Some(root) = self.tree.root() {
+        for &root in self.tree.roots() {
             self.put(s, None, root, &mut cut, &mut sum);
         }
         sum.flush(self.sums);
@@ -259,7 +261,12 @@ impl AddCut<'_> {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
                 for c in cut {
-                    sum.radiance += gathered[c.slot][b].rgb(i) / c.drawn.probability;
+                    let value = gathered[c.slot][b].rgb(i) / c.drawn.probability;
+                    sum.radiance += value;
+                    if self.lights.groups > 0 {
+                        let group = self.lights.set.lights()[c.drawn.id.index()].group;
+                        self.by_group[member * self.lights.groups + group.index()] += value;
+                    }
                 }
                 sum.terms = cut.len() as u32;
                 sum.connections = gathered.len() as u64;

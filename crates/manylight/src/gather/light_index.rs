@@ -14,6 +14,8 @@ pub struct LightIndex<'s> {
     pub(super) cylinders: Vec<LightCylinder>,
     /// For cuts.
     pub(super) tree: Option<LightTree>,
+    /// Number of light groups; 0 if they are not told apart.
+    pub(super) groups: usize,
 }
 
 /// The representation of light from some surface location.
@@ -36,12 +38,19 @@ impl<'s> LightIndex<'s> {
             set,
             cylinders,
             tree: None,
+            groups: 0,
         }
     }
 
-    /// Adds a tree over all lights, for cuts.
+    /// The same lights, of which `groups` light groups are told apart; 0 for none. Without a tree
+    /// yet.
+    pub fn of_groups(self, groups: usize) -> Self {
+        LightIndex { groups, ..self }
+    }
+
+    /// Adds a tree over all lights, for cuts. Its clusters do not mix the groups.
     pub fn with_tree(self) -> Self {
-        let tree = LightTree::new(&self.set, |_| true);
+        let tree = LightTree::of_groups(&self.set, self.groups);
         LightIndex {
             tree: Some(tree),
             ..self

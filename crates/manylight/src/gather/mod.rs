@@ -65,13 +65,28 @@ impl Gather {
         lights: &LightIndex,
         points: &[P],
     ) -> Vec<Gathered> {
+        self.sum_by_group(scene, lights, points, &mut Vec::new())
+    }
+
+    /// [`Gather::sum`]. `by_group` becomes the radiance of each light group at each point: the
+    /// groups of a point follow each other. It is empty if the lights do not tell groups apart.
+    pub fn sum_by_group<'s, P: AsRef<ShadingPoint<'s>>>(
+        &self,
+        scene: &Scene,
+        lights: &LightIndex,
+        points: &[P],
+        by_group: &mut Vec<Rgb>,
+    ) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
+        by_group.clear();
+        by_group.resize(points.len() * lights.groups, Rgb::BLACK);
         let batches = Batch::all(points);
         for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
             for group in same_lights.chunks(BATCHES) {
+                let sums = (sums.as_mut_slice(), by_group.as_mut_slice());
                 match self.strategy.cut_limits() {
-                    None => all_lights::add(self, scene, lights, group, &mut sums),
-                    Some(limits) => cut::add(self, (scene, lights), limits, group, &mut sums),
+                    None => all_lights::add(self, scene, lights, group, sums),
+                    Some(limits) => cut::add(self, (scene, lights), limits, group, sums),
                 }
             }
         }
@@ -82,18 +97,19 @@ impl Gather {
     /// over the points, weighted by the throughput given with each. A sum at a single point has the
     /// right expected value, and more noise. The error of a pair of clusters may be `tolerance`
     /// (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned
-    /// sums holds the size and the cost of the cut.
+    /// sums holds the size and the cost of the cut. The radiance of each light group at each point is
+    /// appended to `by_group`, as in [`Gather::sum_by_group`].
     pub fn sum_of_pixel(
         &self,
         scene: &Scene,
         lights: &LightIndex,
-        limits: CutLimits,
-        tolerance: f32,
+        (limits, tolerance): (CutLimits, f32),
         points: &[(&ShadingPoint, Rgb)],
+        by_group: &mut Vec<Rgb>,
     ) -> Vec<Gathered> {
         let sensors = GatherTree::new(points);
         let context = PairContext::new(self, scene, lights, &sensors);
-        product_cut::sums(context, limits, tolerance, points)
+        product_cut::sums(context, limits, tolerance, points, by_group)
     }
 
     /// Fraction of the light from `y` that the clamp removes from the sum at `at`: one minus the

@@ -86,12 +86,15 @@ pub(super) fn sums(
     limits: CutLimits,
     tolerance: f32,
     points: &[(&ShadingPoint, Rgb)],
+    by_group: &mut Vec<Rgb>,
 ) -> Vec<Gathered> {
     let mut sums = vec![Gathered::default(); points.len()];
-    let has_sensors = !context.sensors.sensors.is_empty();
-    let Some(light_root) = context.tree.root().filter(|_| has_sensors) else {
+    let first_of_pixel = by_group.len();
+    let groups = context.lights.groups;
+    by_group.resize(first_of_pixel + points.len() * groups, Rgb::BLACK);
+    if context.sensors.sensors.is_empty() || context.tree.roots().is_empty() {
         return sums;
-    };
+    }
     let (first, _) = points[0];
     let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
     let mut cut = ProductCut {
@@ -103,9 +106,11 @@ pub(super) fn sums(
         total: 0.0,
         cost: Gathered::default(),
     };
-    cut.put(0, light_root, None);
+    for &root in context.tree.roots() {
+        cut.put(0, root, None);
+    }
     let allowed = cut.refine(limits, tolerance);
-    cut.finish(limits, allowed, &mut sums);
+    cut.finish(limits, allowed, &mut sums, &mut by_group[first_of_pixel..]);
     sums
 }
 
@@ -236,12 +241,18 @@ impl ProductCut<'_, '_, '_> {
     }
 
     /// Adds the terms of the cut to the sums of their points.
-    fn finish(self, limits: CutLimits, allowed: f32, sums: &mut [Gathered]) {
+    fn finish(self, limits: CutLimits, allowed: f32, sums: &mut [Gathered], by_group: &mut [Rgb]) {
+        let lights = self.context.lights;
         let mut largest = 0.0f32;
         for pair in self.pairs.iter().flatten() {
-            let sum = &mut sums[self.context.sensors.sensors[pair.sensor].index];
+            let index = self.context.sensors.sensors[pair.sensor].index;
+            let sum = &mut sums[index];
             let weight = pair.inverse_probability();
             sum.radiance += pair.value.radiance * weight;
+            if lights.groups > 0 {
+                let group = lights.set.lights()[pair.drawn.id.index()].group;
+                by_group[index * lights.groups + group.index()] += pair.value.radiance * weight;
+            }
             sum.clamped += pair.value.clamped * weight;
             sum.unclamped += pair.value.unclamped * weight;
             largest = largest.max(pair.bound.bound);

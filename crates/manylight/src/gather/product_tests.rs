@@ -133,7 +133,13 @@ fn cut(
     limits: CutLimits,
     pixel: &[WeightedPoint],
 ) -> (Rgb, Gathered) {
-    let sums = gather.sum_of_pixel(scene, lights, limits, 0.0, &weighted(pixel));
+    let sums = gather.sum_of_pixel(
+        scene,
+        lights,
+        (limits, 0.0),
+        &weighted(pixel),
+        &mut Vec::new(),
+    );
     let weighted = pixel.iter().zip(&sums);
     let sum = weighted
         .map(|(point, sum)| point.throughput * sum.radiance)

@@ -6,12 +6,13 @@
 
 use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
+use super::light_groups::each_group;
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
-use crate::emitters::EnvironmentLobes;
+use crate::emitters::{EmissionSource, EnvironmentLobes};
 use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::geometry::{Ray, SurfacePoint};
-use crate::ids::{EmitterId, MaterialId};
+use crate::ids::{EmitterId, LightGroup, MaterialId, PrimitiveId};
 use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, SobolSequences, Stream};
@@ -61,12 +62,37 @@ pub(super) struct SeenEmission {
     pub(super) radiance: Rgb,
     /// Whose surface it is; `None` for the environment.
     pub(super) emitter: Option<EmitterId>,
+    /// The surface; `None` for the environment.
+    surface: Option<PrimitiveId>,
+    /// Unit direction of the last segment of the path.
+    w: Vec3,
 }
 
 impl SeenEmission {
     /// The radiance at the camera, in W/(m² sr).
     pub(super) fn at_camera(&self) -> Rgb {
         self.throughput * self.radiance
+    }
+
+    /// Adds the radiance `value` of this emission to a layer of a pixel. Light of each group has the
+    /// factor `weight`.
+    #[inline]
+    pub(super) fn add_to(
+        &self,
+        scene: &Scene,
+        (pixel, layer): (u32, Layer),
+        value: Rgb,
+        weight: impl Fn(LightGroup) -> f32,
+        out: &mut TileSamples,
+    ) {
+        let pixel = pixel as usize;
+        if out.light_groups() == 0 {
+            return out.add(pixel, layer, value);
+        }
+        let source = self.surface.map(EmissionSource::Surface);
+        each_group(scene, source, self.w, |group, share| {
+            out.add_light(pixel, layer, group, value * share * weight(group));
+        });
     }
 }
 
@@ -348,6 +374,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
                         throughput: walks.throughput_of(i),
                         radiance,
                         emitter: None,
+                        surface: None,
+                        w: walks.rays[i as usize].d,
                     };
                     visit(&walks.payload[i as usize], seen, out);
                 }
@@ -386,6 +414,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
                 throughput: walks.throughput_of(walk),
                 radiance: Rgb::from(lane(&radiance, i)),
                 emitter: hit.and_then(|hit| primitives[hit.at.primitive.index()].emitter),
+                surface: hit.map(|hit| hit.at.primitive),
+                w: walks.rays[walk as usize].d,
             };
             visit(&walks.payload[walk as usize], seen);
         }

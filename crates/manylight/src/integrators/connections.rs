@@ -1,12 +1,14 @@
 //! Shadow rays in streams, and next-event estimation at the vertices of camera paths: the only one,
 //! whatever the method.
 
+use super::light_groups::each_group;
 use super::partition::PathStage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::LobesOfLanes;
 use crate::film::{Layer, TileSamples};
 use crate::geometry::Segment;
+use crate::ids::LightGroup;
 use crate::lanes::{Color, Float, Mask, Pair, Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
@@ -66,6 +68,7 @@ impl<T> ShadowRays<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Connection {
     pixel: u32,
+    group: LightGroup,
     terms: [(Layer, Rgb); 2],
 }
 
@@ -98,6 +101,12 @@ pub(super) trait EmitterReflection<S: Width> {
 
     /// The path in lane `i`.
     fn path(&self, i: usize) -> ReflectingPath;
+
+    /// Factor of that path on light of `group`.
+    #[inline(always)]
+    fn group_weight(&self, _i: usize, _group: LightGroup) -> f32 {
+        1.0
+    }
 }
 
 /// Samples of emitters to draw.
@@ -110,9 +119,22 @@ pub(super) struct EmitterQuery<'g, S: Width> {
 }
 
 /// The connections of a round.
-pub(super) type Connections = ShadowRays<Connection>;
+#[derive(Clone, Debug)]
+pub(super) struct Connections {
+    rays: ShadowRays<Connection>,
+    /// Whether light groups are told apart.
+    by_group: bool,
+}
 
 impl Connections {
+    /// No connections, for `out`.
+    pub(super) fn of(out: &TileSamples) -> Self {
+        Connections {
+            rays: ShadowRays::default(),
+            by_group: out.light_groups() > 0,
+        }
+    }
+
     /// Next-event estimation: connects each of the vertices in the lanes of `query` with a point of
     /// an emitter. The light counts if nothing blocks it: see [`Connections::add_all`].
     #[inline(always)]
@@ -145,23 +167,59 @@ impl Connections {
             let ReflectingPath { pixel, layers } = reflection.path(i);
             let connection = Connection {
                 pixel,
+                group: LightGroup::default(),
                 terms: [
                     (layers[0], Rgb::from(lane(&first, i))),
                     (layers[1], Rgb::from(lane(&second, i))),
                 ],
             };
             let max_crossings = limits.left_after(v.segments.as_ref()[i] + 1);
-            self.push(segment, max_crossings, connection);
+            if self.by_group {
+                let source = lights.source.store().as_ref()[i];
+                let weight = |group| reflection.group_weight(i, group);
+                self.push_by_group(scene, source, (segment, max_crossings), connection, &weight);
+            } else {
+                self.rays.push(segment, max_crossings, connection);
+            }
         }
+    }
+
+    /// Adds a connection for each light group of the source with this index.
+    #[inline(never)]
+    fn push_by_group(
+        &mut self,
+        scene: &Scene,
+        source: u32,
+        (segment, max_crossings): (Segment, u32),
+        connection: Connection,
+        weight: &dyn Fn(LightGroup) -> f32,
+    ) {
+        let source = scene.emitters.source(source);
+        let wi = (segment.to - segment.from).normalize_or_zero();
+        each_group(scene, source, wi, |group, share| {
+            let scale = share * weight(group);
+            if !scale.is_black() {
+                let terms = connection
+                    .terms
+                    .map(|(layer, value)| (layer, value * scale));
+                let connection = Connection {
+                    group,
+                    terms,
+                    ..connection
+                };
+                self.rays.push(segment, max_crossings, connection);
+            }
+        });
     }
 
     /// Adds the connections that nothing blocks to the pixels, and empties the list. Returns the
     /// number of shadow rays.
     pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
-        self.trace(scene, |connection, transmittance| {
+        self.rays.trace(scene, |connection, transmittance| {
             for (layer, value) in connection.terms {
                 if !value.is_black() {
-                    out.add(connection.pixel as usize, layer, transmittance * value);
+                    let pixel = connection.pixel as usize;
+                    out.add_light(pixel, layer, connection.group, transmittance * value);
                 }
             }
         })

@@ -3,7 +3,7 @@
 use crate::bsdf::Lobes;
 use crate::emitters::EmissionGuide;
 use crate::film::{Film, TileSamples, Tiling};
-use crate::particles::{Photon, trace_photons};
+use crate::particles::{Photon, trace_photons_of_groups};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -20,6 +20,8 @@ pub struct PassContext<'a> {
     pub stats: &'a Stats,
     /// Checked before each tile; `true` cancels the pass.
     pub cancel: &'a AtomicBool,
+    /// Number of light groups that the film records: all of the scene, or 0.
+    pub light_groups: usize,
 }
 
 impl PassContext<'_> {
@@ -33,7 +35,15 @@ impl PassContext<'_> {
         PassContext { pass, ..self }
     }
 
-    /// [`trace_photons`] of this pass, as the stage "photons".
+    /// The same context for films without light groups.
+    pub(super) fn without_light_groups(self) -> Self {
+        PassContext {
+            light_groups: 0,
+            ..self
+        }
+    }
+
+    /// [`trace_photons`](crate::particles::trace_photons) of this pass, as the stage "photons".
     pub(super) fn trace_photons(
         &self,
         scene: &Scene,
@@ -42,7 +52,9 @@ impl PassContext<'_> {
         segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
     ) -> Vec<Photon> {
         let photons = self.stats.time("photons", || {
-            trace_photons(scene, self.guide, limits, paths, self.pass, segments_added)
+            let groups = (self.light_groups > 0).then_some(&scene.light_groups);
+            let scene = (scene, groups);
+            trace_photons_of_groups(scene, self.guide, limits, paths, self.pass, segments_added)
         });
         Stats::count(&self.stats.photon_paths, u64::from(paths));
         Stats::count(&self.stats.photons, photons.len() as u64);

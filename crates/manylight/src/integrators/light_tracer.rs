@@ -15,10 +15,11 @@ use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, EmissionSample};
 use crate::film::Film;
 use crate::geometry::{Ray, Segment, SurfacePoint, SurfaceRef};
+use crate::ids::LightGroup;
 use crate::lanes::{Vector, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream};
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LightGroups, PathLimits, Scene};
 use crate::sensors::SensorConnection;
 use crate::simd::set_bits;
 use crate::stats::Stats;
@@ -38,6 +39,7 @@ const PATHS_PER_TASK: u64 = 4096;
 /// A contribution to one pixel.
 struct Splat {
     pixel: u32,
+    group: LightGroup,
     value: Rgb,
 }
 
@@ -51,6 +53,7 @@ pub(super) fn render_pass(
     let size = film.image_size();
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
+    let mut groups = vec![frame.clone(); run.light_groups];
     run.stats.time("shade", || {
         // Each task has its own list of splats. The lists are added in order: any number of threads
         // gives the same sums.
@@ -59,6 +62,7 @@ pub(super) fn render_pass(
             .map(|task| {
                 let mut tracer = LightTracer {
                     scene,
+                    groups: (run.light_groups > 0).then_some(&scene.light_groups),
                     guide: run.guide,
                     limits,
                     size,
@@ -73,19 +77,25 @@ pub(super) fn render_pass(
             })
             .collect();
         for splat in lists.iter().flatten() {
-            frame[splat.pixel as usize] += splat.value / path_count as f32;
+            let value = splat.value / path_count as f32;
+            frame[splat.pixel as usize] += value;
+            if let Some(frame) = groups.get_mut(splat.group.index()) {
+                frame[splat.pixel as usize] += value;
+            }
         }
     });
     if run.cancelled() {
         return false;
     }
     Stats::count(&run.stats.photon_paths, path_count);
-    film.add_frame(&frame, &run.stats.dropped_samples);
+    film.add_frame(&frame, &groups, &run.stats.dropped_samples);
     true
 }
 
 struct LightTracer<'s> {
     scene: &'s Scene,
+    /// If they are told apart.
+    groups: Option<&'s LightGroups>,
     guide: &'s EmissionGuide,
     limits: PathLimits,
     size: UVec2,
@@ -107,7 +117,7 @@ impl LightTracer<'_> {
     }
 
     /// A path at its emitter, which is connected with the sensor.
-    fn start(&mut self, mut sampler: Sampler) -> Option<WalkRow<()>> {
+    fn start(&mut self, mut sampler: Sampler) -> Option<WalkRow<LightGroup>> {
         let scene = self.scene;
         let start = self.guide.sample(
             &scene.emitters,
@@ -115,11 +125,17 @@ impl LightTracer<'_> {
             &scene.textures,
             sampler.next_emission(),
         )?;
+        let group = self.group_of(&start);
         if let Some(y) = &start.surface {
             self.connect_emitter(&start, y, &mut sampler);
         }
         let flux = start.flux.to_array();
-        Some(WalkRow::start(start.ray, flux, sampler, ()))
+        Some(WalkRow::start(start.ray, flux, sampler, group))
+    }
+
+    fn group_of(&self, start: &EmissionSample) -> LightGroup {
+        let of_source = |groups: &LightGroups| groups.of(start.source);
+        self.groups.map_or_else(LightGroup::default, of_source)
     }
 
     fn connect_emitter(&mut self, start: &EmissionSample, y: &SurfacePoint, sampler: &mut Sampler) {
@@ -132,18 +148,20 @@ impl LightTracer<'_> {
             // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos|
             // / pdf_area.
             let intensity = start.flux * (FRAC_1_PI * y.ng.dot(seen.w).abs());
-            self.connect((y.at, y.offset_towards(seen.w)), 1, &seen, intensity);
+            let light = (intensity, self.group_of(start));
+            self.connect((y.at, y.offset_towards(seen.w)), 1, &seen, light);
         }
     }
 
     /// Connects a point, given with the start of a ray to the sensor, by a path of `segments`
-    /// segments. `intensity` is the radiant intensity towards the sensor, in W/sr.
+    /// segments. `intensity` is the radiant intensity towards the sensor, in W/sr, of light of
+    /// `group`.
     fn connect(
         &mut self,
         (at, from): (SurfaceRef, Vec3),
         segments: u32,
         seen: &SensorConnection,
-        intensity: Rgb,
+        (intensity, group): (Rgb, LightGroup),
     ) {
         let value = intensity * seen.importance;
         let pixel = seen.film_position.floor();
@@ -158,7 +176,12 @@ impl LightTracer<'_> {
         if let Some(line) = line_of_sight(self.scene, self.limits, at, line) {
             let pixel = pixel.y as u32 * self.size.x + pixel.x as u32;
             let crossings = self.limits.left_after(segments);
-            (self.connections).push(line, crossings, Splat { pixel, value });
+            let splat = Splat {
+                pixel,
+                group,
+                value,
+            };
+            self.connections.push(line, crossings, splat);
         }
     }
 
@@ -174,14 +197,14 @@ impl LightTracer<'_> {
     }
 }
 
-impl VertexShader<()> for LightTracer<'_> {
+impl VertexShader<LightGroup> for LightTracer<'_> {
     #[inline(always)]
     fn shade<S: Width>(
         &mut self,
         v: &Vertices<S>,
-        walks: &Walks<()>,
+        walks: &Walks<LightGroup>,
         lanes: Bits,
-        next: &mut Walks<()>,
+        next: &mut Walks<LightGroup>,
     ) {
         let (scene, s) = (self.scene, v.w_prev.x.width());
         let mut generators = v.generators(s, walks);
@@ -195,7 +218,8 @@ impl VertexShader<()> for LightTracer<'_> {
             }
         });
         self.connect_vertices(v, walks, &seen, lanes);
-        follow_photons(v, (walks, self.limits), lanes, generators, |_| (), next);
+        let group = |i: usize| v.payload(walks, i);
+        follow_photons(v, (walks, self.limits), lanes, generators, group, next);
     }
 }
 
@@ -205,7 +229,7 @@ impl LightTracer<'_> {
     fn connect_vertices<S: Width>(
         &mut self,
         v: &Vertices<S>,
-        walks: &Walks<()>,
+        walks: &Walks<LightGroup>,
         seen: &S::Each<Option<SensorConnection>>,
         lanes: Bits,
     ) {
@@ -226,7 +250,7 @@ impl LightTracer<'_> {
                 let from = (v.x.at.as_ref()[i], Vec3::from(lane(&from, i)));
                 let intensity = Rgb::from(lane(&intensity, i));
                 let segments = v.segments.as_ref()[i] + 1;
-                self.connect(from, segments, seen, intensity);
+                self.connect(from, segments, seen, (intensity, v.payload(walks, i)));
             }
         }
     }

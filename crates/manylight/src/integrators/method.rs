@@ -26,6 +26,9 @@ pub struct ExtraLayers {
     pub objects: bool,
     /// [`IdLayer::Material`].
     pub materials: bool,
+    /// Number of light groups with a [`Layer::LightGroup`]: all of the scene, or 0. Not filled by
+    /// [`MethodKind::Aov`].
+    pub light_groups: usize,
 }
 
 impl ExtraLayers {
@@ -110,6 +113,7 @@ impl Method {
         if lights.is_some_and(|lights| lights.strategy != Strategy::All) {
             layers.extend([Layer::CutSize, Layer::CutBound]);
         }
+        layers.extend(Layer::of_light_groups(self.extra.light_groups));
         layers
     }
 }

@@ -13,7 +13,7 @@ use super::context::PassContext;
 use super::many_light::{ManyLight, PreparedPasses};
 use super::path;
 use crate::color::Rgb;
-use crate::film::{Film, Layer, ShadedPixels, Tiling};
+use crate::film::{Film, Layer, ShadedPixels, TileSamples, Tiling};
 use crate::math::UVec2;
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
@@ -76,9 +76,13 @@ impl Mixed {
             return false;
         }
         let (samples, id_weight) = (self.path_samples.get(), self.weight(Layer::Alpha));
-        self.lights.render_pass(scene, run, prepared, film, |tile| {
+        let begin = |tile: &mut TileSamples| {
+            tile.weigh_light_groups(|layer| 1.0 - self.weight(layer));
+        };
+        let end = |tile: &mut TileSamples| {
             tile.mix(&paths, samples, |layer| self.weight(layer), id_weight);
-        })
+        };
+        (self.lights).render_pass(scene, run, prepared, film, (begin, end))
     }
 
     /// Sums of the path samples of a pass; unfinished if it is cancelled.
@@ -96,7 +100,8 @@ impl Mixed {
         });
         run.stats.time("shade", || {
             let pixels = (&film.desc().sampler(), Tiling::OF_STREAMS);
-            path::sums_of_samples(scene, run, pixels, layers, passes)
+            let weight = |layer| self.weight(layer);
+            path::sums_of_samples(scene, run, pixels, layers, passes, weight)
         })
     }
 

@@ -9,6 +9,7 @@ mod direct_light;
 pub mod emission_guiding;
 mod first_event;
 mod guiding;
+mod light_groups;
 mod light_tracer;
 pub mod many_light;
 pub mod memory;

@@ -21,11 +21,15 @@ impl<'s> Renderer<'s> {
     ///
     /// # Panics
     /// The settings of a many-light method contradict each other:
-    /// [`ManyLight::check`].
+    /// [`ManyLight::check`]. Or layers of light groups are asked for that are not those of the
+    /// scene.
     pub fn new(scene: &'s Scene, method: Method) -> Self {
         if let Some(Err(contradiction)) = method.lights().map(ManyLight::check) {
             panic!("{contradiction}");
         }
+        let (found, groups) = (method.extra.light_groups, &scene.light_groups);
+        let is_sound = found == 0 || groups.are_recordable() && found == groups.count();
+        assert!(is_sound, "{found} light groups of {}", groups.count());
         Renderer {
             scene,
             method,
@@ -57,9 +61,13 @@ impl<'s> Renderer<'s> {
             }
             MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
             MethodKind::Aov => aov::render_pass(scene, limits, run, film),
-            MethodKind::ManyLight(settings) => {
-                settings.render_pass((scene, limits), run, &mut self.prepared, film, |_| ())
-            }
+            MethodKind::ManyLight(settings) => settings.render_pass(
+                (scene, limits),
+                run,
+                &mut self.prepared,
+                film,
+                (|_| (), |_| ()),
+            ),
             MethodKind::Mixed(settings) => {
                 settings.render_pass((scene, limits), run, &mut self.prepared, film)
             }

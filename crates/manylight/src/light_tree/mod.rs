@@ -21,9 +21,11 @@ use crate::virtual_lights::{IntensityBound, VirtualLights};
 use node::NodeContent;
 use rayon::prelude::*;
 
-/// A binary tree over the virtual lights that have flux.
+/// A binary tree over the virtual lights that have flux, or one for each light group.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
+    /// Indices of the roots: one, or one for each light group.
+    roots: Vec<usize>,
     /// In depth-first order: an inner node is followed by its first child with all descendants,
     /// then by its second child.
     nodes: Vec<LightNode>,
@@ -32,14 +34,34 @@ pub struct LightTree {
 impl LightTree {
     /// The tree over the lights with flux for which `is_used` is true.
     pub fn new(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
-        LightTree {
-            nodes: build::nodes(set, is_used),
-        }
+        let mut tree = LightTree::default();
+        tree.add(set, is_used);
+        tree
     }
 
-    /// Index of the root; `None` without lights.
-    pub fn root(&self) -> Option<usize> {
-        (!self.nodes.is_empty()).then_some(0)
+    /// A tree for each of `groups` light groups, or one for all lights if there are none.
+    pub fn of_groups(set: &VirtualLights, groups: usize) -> Self {
+        let mut tree = LightTree::default();
+        if groups == 0 {
+            tree.add(set, |_| true);
+        }
+        for group in 0..groups {
+            tree.add(set, |id| set.lights()[id.index()].group.index() == group);
+        }
+        tree
+    }
+
+    /// Adds a tree over the lights with flux for which `is_used` is true.
+    fn add(&mut self, set: &VirtualLights, is_used: impl Fn(LightId) -> bool) {
+        let root = self.nodes.len();
+        let nodes = build::nodes(set, is_used).into_iter();
+        self.nodes.extend(nodes.map(|node| node.moved(root as u32)));
+        self.roots.extend((self.nodes.len() > root).then_some(root));
+    }
+
+    /// Indices of the roots; none without lights.
+    pub fn roots(&self) -> &[usize] {
+        &self.roots
     }
 
     /// All nodes; see [`LightTree::children`].

@@ -22,6 +22,16 @@ pub struct LightNode {
     pub(super) content: NodeContent,
 }
 
+impl LightNode {
+    /// The node of a tree that begins at index `root`.
+    pub(super) fn moved(mut self, root: u32) -> Self {
+        if let NodeContent::Nodes { second } = &mut self.content {
+            *second += root;
+        }
+        self
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NodeContent {
     Light(LightId),

@@ -103,7 +103,7 @@ fn every_light_is_a_leaf() {
     }
     // A binary tree of n leaves has 2n - 1 nodes.
     assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
-    assert!(LightTree::new(&set, |_| false).root().is_none());
+    assert!(LightTree::new(&set, |_| false).roots().is_empty());
 }
 
 /// Draws from the root, and draws converted to a child of the root, have the frequencies reported,

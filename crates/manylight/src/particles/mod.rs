@@ -5,4 +5,6 @@ pub mod photons;
 mod tasks;
 
 pub use importons::{Importon, trace_gather_importons, trace_importons};
-pub use photons::{Photon, parent, trace_photons, usable_by_virtual_lights};
+pub use photons::{
+    Photon, parent, trace_photons, trace_photons_of_groups, usable_by_virtual_lights,
+};

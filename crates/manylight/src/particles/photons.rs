@@ -3,12 +3,13 @@
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::{EmissionGuide, RayDensities};
+use crate::emitters::{EmissionGuide, EmissionSource, RayDensities};
 use crate::geometry::SurfaceRef;
+use crate::ids::LightGroup;
 use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LightGroups, PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::stream::{
     Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, follow_photons, lanes_where,
@@ -45,6 +46,8 @@ pub struct Photon {
     /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the
     /// emitter.
     pub origin: Lobes,
+    /// Light group of the emitter; the first one if groups are not told apart.
+    pub group: LightGroup,
     /// Density of photons at the ray from the emitter, in 1/(m² sr); infinite for points, spots,
     /// parallel light and invisible surfaces, which no camera path finds.
     pub ray_density: f32,
@@ -96,8 +99,22 @@ pub fn trace_photons(
     pass: Pass,
     segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
 ) -> Vec<Photon> {
+    let scene = (scene, None);
+    trace_photons_of_groups(scene, guide, limits, path_count, pass, segments_added)
+}
+
+/// [`trace_photons`] that tell the light groups apart, if they are given.
+pub fn trace_photons_of_groups(
+    (scene, groups): (&Scene, Option<&LightGroups>),
+    guide: &EmissionGuide,
+    limits: PathLimits,
+    path_count: u32,
+    pass: Pass,
+    segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
+) -> Vec<Photon> {
     let tracer = PathTracer {
         scene,
+        groups,
         guide,
         densities: RayDensities::new(guide, &scene.emitters, path_count),
         limits,
@@ -110,6 +127,7 @@ pub fn trace_photons(
 /// The arguments of [`trace_photons`] that all paths share.
 struct PathTracer<'a, F> {
     scene: &'a Scene,
+    groups: Option<&'a LightGroups>,
     guide: &'a EmissionGuide,
     densities: RayDensities,
     limits: PathLimits,
@@ -126,6 +144,7 @@ struct PhotonPath {
     origin: Lobes,
     /// See [`Photon::ray_density`].
     ray_density: f32,
+    group: LightGroup,
 }
 
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
@@ -161,11 +180,18 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
                     index,
                     origin,
                     ray_density,
+                    group: self.group_of(start.source),
                 };
                 walks.push(WalkRow::start(start.ray, flux, sampler, path));
             }
         }
         walks
+    }
+}
+
+impl<F> PathTracer<'_, F> {
+    fn group_of(&self, source: EmissionSource) -> LightGroup {
+        (self.groups).map_or_else(LightGroup::default, |groups| groups.of(source))
     }
 }
 
@@ -225,6 +251,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
                 depth: v.segments.as_ref()[i].min(u32::from(u16::MAX)) as u16,
                 event: previous.event,
                 origin: path.origin,
+                group: path.group,
                 ray_density: path.ray_density,
             };
             self.stored.push((path.index, photon));

@@ -206,6 +206,7 @@ impl<'j, 's> Passes<'j, 's> {
             guide: &self.guide,
             stats: self.stats,
             cancel,
+            light_groups: film.light_groups(),
         };
         let complete = self.renderer.render_pass(&run, film);
         if complete {

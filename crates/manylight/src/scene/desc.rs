@@ -31,6 +31,12 @@ pub struct SceneDesc {
     pub textures: Vec<Texture>,
     /// Emitters. The surface of an `Emitter::Area` is the primitives that refer to it.
     pub emitters: Vec<Emitter>,
+    /// Names of the light groups of the emitters, by the same indices; missing or empty where an
+    /// emitter has none.
+    pub emitter_groups: Vec<String>,
+    /// Names of the light groups of surfaces, by the indices of `primitives`, instead of those of
+    /// their emitters; missing or empty where a surface has none.
+    pub primitive_groups: Vec<String>,
     /// Cameras, in file order.
     pub sensors: Vec<SensorDesc>,
     /// Limits on path length.

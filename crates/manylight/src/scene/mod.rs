@@ -6,6 +6,7 @@ mod check_materials;
 mod check_sensors;
 pub mod desc;
 pub mod error;
+mod light_groups;
 mod media;
 mod names;
 mod nesting;
@@ -15,6 +16,7 @@ mod tests;
 pub use check::check_textures;
 pub use desc::{InstanceDesc, MediumDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
+pub use light_groups::{LightGroupNames, LightGroups, REST};
 pub(crate) use media::{Media, transmittance};
 pub use names::SurfaceNames;
 
@@ -57,6 +59,8 @@ pub struct Scene {
     pub limits: PathLimits,
     /// Names of objects and materials.
     pub names: SurfaceNames,
+    /// Light groups of the emitters.
+    pub light_groups: LightGroups,
 }
 
 impl Scene {
@@ -70,6 +74,7 @@ impl Scene {
     pub fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         check::check(&desc, sensor)?;
         let names = SurfaceNames::new(&desc);
+        let group_names = LightGroupNames::of(&desc);
         let materials = Materials::new(desc.materials);
         let in_world = desc.primitives.len();
         let groups = group_ranges(in_world, &desc.groups);
@@ -83,6 +88,7 @@ impl Scene {
         let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
         let media = Media::new(&desc.media, &geometry, in_world);
         let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
+        let light_groups = LightGroups::new(&group_names, &emitters);
         let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
         Ok(Scene {
             geometry,
@@ -93,6 +99,7 @@ impl Scene {
             sensor,
             limits: desc.limits,
             names,
+            light_groups,
         })
     }
 
@@ -105,6 +112,16 @@ impl Scene {
         check_sensors::check_sensor(&sensor)?;
         self.sensor = Sensor::new(sensor);
         Ok(())
+    }
+
+    /// Whether the light groups are those of these names.
+    pub fn has_light_groups(&self, names: &LightGroupNames) -> bool {
+        self.light_groups == LightGroups::new(names, &self.emitters)
+    }
+
+    /// Divides the emitters into light groups by other names.
+    pub fn set_light_groups(&mut self, names: &LightGroupNames) {
+        self.light_groups = LightGroups::new(names, &self.emitters);
     }
 
     /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates

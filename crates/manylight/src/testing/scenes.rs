@@ -251,3 +251,39 @@ pub fn glossy_box(size: u32) -> Builder {
     };
     b
 }
+
+/// Names of the light groups of [`grouped_box`].
+pub const GROUPS: [&str; 3] = ["ceiling", "lamp", "rest"];
+
+/// [`glossy_box`] with a lamp of another color in a glass bulb, and with point lights. The emitters
+/// belong to the groups [`GROUPS`]; only those of `lit` emit, or all without it.
+pub fn grouped_box(size: u32, lit: Option<&str>) -> Builder {
+    let mut b = glossy_box(size);
+    let white = MaterialId(0);
+    let glass = b.material(dielectric(None));
+    let sphere = |center: Vec3, radius: f32| (Shape::Sphere { center, radius }, Affine3A::IDENTITY);
+    let lamp = b.area_light(Rgb::new(4.0, 8.0, 16.0));
+    let (bulb, place) = sphere(Vec3::new(0.6, 0.3, 0.5), 0.1);
+    b.place(bulb, place, white, Some(lamp));
+    let (cover, place) = sphere(Vec3::new(0.6, 0.3, 0.5), 0.15);
+    b.place(cover, place, glass, None);
+    b.emitter(Emitter::Point {
+        position: Vec3::new(-0.5, 0.4, 0.0),
+        intensity: Rgb::new(0.6, 0.2, 0.1),
+    });
+    b.emitter(Emitter::Point {
+        position: Vec3::new(0.2, -0.6, -0.2),
+        intensity: Rgb::new(0.1, 0.1, 0.0),
+    });
+    b.desc.emitter_groups = ["ceiling", "lamp"].map(str::to_owned).to_vec();
+    for (i, emitter) in b.desc.emitters.iter_mut().enumerate() {
+        if lit.is_some_and(|lit| lit != GROUPS[i.min(2)]) {
+            match emitter {
+                Emitter::Area { radiance } => *radiance = ColorInput::Constant(Rgb::BLACK),
+                Emitter::Point { intensity, .. } => *intensity = Rgb::BLACK,
+                _ => {}
+            }
+        }
+    }
+    b
+}

@@ -3,7 +3,7 @@
 
 use crate::emitters::{DirectSamples, LobesOfLanes, Receivers};
 use crate::geometry::SurfacePoints;
-use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, power};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word, power};
 use crate::scene::Scene;
 use crate::simd::outlined;
 
@@ -20,6 +20,8 @@ pub struct EmitterSamples<S: Width> {
     pub from: Vector<S>,
     /// End of the shadow segment, moved off the surface.
     pub to: Vector<S>,
+    /// As in [`DirectSamples`].
+    pub source: Word<S>,
     /// The lanes with a sample. Elsewhere the fields are unspecified.
     pub valid: Mask<S>,
 }
@@ -62,6 +64,7 @@ impl<S: Width> EmitterSamples<S> {
             pdf: samples.pdf,
             from: x.offset_towards(samples.wi),
             to: samples.target,
+            source: samples.source,
             valid: samples.valid,
         }
     }

@@ -10,6 +10,7 @@ use super::clusters::PhotonClusters;
 use super::nearest_light::{NearestLights, UNASSIGNED};
 use super::select::{Site, WEIGHT_FLOOR, defensive_weights};
 use super::surfaces::{SurfaceLocation, Surfaces};
+use crate::ids::LightGroup;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
@@ -197,7 +198,8 @@ fn order_along_curve(
     let Candidates { photons, curve, .. } = candidates;
     let key = |site: &Site| curve.photon_key(&photons[site.photon as usize]);
     let with_photons = (sites.iter().zip(counts).enumerate()).filter(|(_, (_, count))| **count > 0);
-    let mut order: Vec<(u64, usize)> = with_photons.map(|(k, (site, _))| (key(site), k)).collect();
+    let mut order: Vec<((LightGroup, u64), usize)> =
+        with_photons.map(|(k, (site, _))| (key(site), k)).collect();
     let additional = additional.iter().enumerate();
     order.extend(additional.map(|(e, site)| (key(site), sites.len() + e)));
     order.sort_unstable();

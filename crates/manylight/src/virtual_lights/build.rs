@@ -244,6 +244,7 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
             area: 0.0,
             offset: site_point.offset,
             flux,
+            group: site.group,
             one_sided: true,
             emission: Emission::Rich {
                 diffuse: Rgb::BLACK,

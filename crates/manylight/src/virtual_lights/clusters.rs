@@ -49,6 +49,24 @@ impl PhotonClusters {
         clusters
     }
 
+    /// Clusters followed by `next`, with photons that are counted on from `first_photon`.
+    pub(super) fn append(&mut self, next: PhotonClusters, first_photon: u32) {
+        let entries = self.photons.len() as u32;
+        let moved = |site: Site| Site {
+            photon: site.photon + first_photon,
+            ..site
+        };
+        self.sites.extend(next.sites.into_iter().map(moved));
+        if self.offsets.is_empty() {
+            self.offsets.push(0);
+        }
+        (self.offsets).extend(next.offsets.into_iter().skip(1).map(|end| end + entries));
+        (self.photons).extend(next.photons.into_iter().map(|photon| photon + first_photon));
+        self.weights.extend(next.weights);
+        self.surfaces.extend(next.surfaces);
+        self.unassigned_surface = next.unassigned_surface;
+    }
+
     /// The photon at the position of each light.
     pub fn sites(&self) -> &[Site] {
         &self.sites

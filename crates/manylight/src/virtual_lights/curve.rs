@@ -5,6 +5,7 @@
 //! order spreads sites evenly over each surface, and a batch of consecutive lights is compact and
 //! is visible or culled as a whole.
 
+use crate::ids::LightGroup;
 use crate::math::hilbert::{BITS, HilbertCurve};
 use crate::math::{Aabb, Vec3};
 use crate::particles::Photon;
@@ -39,14 +40,14 @@ impl Curve {
         (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
     }
 
-    /// Sort key of a photon.
-    pub fn photon_key(&self, photon: &Photon) -> u64 {
-        self.key(photon.p, photon.n)
+    /// Sort key of a photon: light groups follow each other.
+    pub fn photon_key(&self, photon: &Photon) -> (LightGroup, u64) {
+        (photon.group, self.key(photon.p, photon.n))
     }
 
     /// The photons in the order of the curve, so that neighbors in space are neighbors in memory.
     pub fn sorted(&self, photons: &[Photon]) -> Vec<Photon> {
-        let mut keyed: Vec<(u64, u32)> = photons
+        let mut keyed: Vec<((LightGroup, u64), u32)> = photons
             .par_iter()
             .enumerate()
             .map(|(i, photon)| (self.photon_key(photon), i as u32))

@@ -3,6 +3,7 @@
 use super::moments::POINTS;
 use crate::bsdf::ExitTransmittance;
 use crate::color::Rgb;
+use crate::ids::LightGroup;
 use crate::math::Vec3;
 
 /// A light that represents the reflection of one cluster of photons.
@@ -26,6 +27,8 @@ pub struct VirtualLight<'s> {
     pub offset: f32,
     /// Flux represented, in W.
     pub flux: Rgb,
+    /// Light group of the photons that it represents.
+    pub group: LightGroup,
     /// Whether nothing is emitted below the horizon of `n`.
     pub one_sided: bool,
     /// Radiant intensity.

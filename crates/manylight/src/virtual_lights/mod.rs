@@ -7,6 +7,7 @@
 //! | basis | order of photons along a space-filling curve, surfaces | [`curve`], [`surfaces`] |
 //! | placement | photons, importance → [`Site`]s | `candidates`, [`select()`], [`relax`] |
 //! | flux | photons, sites → [`PhotonClusters`] | [`nearest_light`], [`assign()`] (partition) or [`density`]; `clusters` |
+//! | light groups | placement and flux, group by group | [`light_groups`] |
 //! | extent | cluster → radius and points | [`moments`] |
 //! | emission | cluster → diffuse flux, glossy profile | `reflection`; `glossy`: a table (`octahedral_grid`, filled by `octahedral_profile`, stored by `tables`, read by `table_lookup`), or lobes (`lobe_fit`, `von_mises_fisher`) |
 //! | set | clusters → [`VirtualLights`] | `light`, `build`, with `areas` and `depth_limits` |
@@ -27,6 +28,8 @@ pub mod assign;
 mod clusters;
 pub mod density;
 pub mod nearest_light;
+
+pub mod light_groups;
 
 pub mod moments;
 

@@ -80,6 +80,12 @@ impl NearestLights {
         self.lights = lights;
     }
 
+    /// Counts the lights on from `first`.
+    pub(super) fn move_lights(&mut self, first: u32) {
+        let assigned = self.lights.iter_mut().filter(|light| **light != UNASSIGNED);
+        assigned.for_each(|light| *light += first);
+    }
+
     /// The light to which a photon at `location` is assigned; `None` if it is unassigned.
     pub fn light(&self, surfaces: &impl Surfaces, location: &SurfaceLocation) -> Option<LightId> {
         let light = *self.lights.get(self.site(surfaces, location) as usize)?;

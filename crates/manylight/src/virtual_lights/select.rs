@@ -112,7 +112,7 @@ mod tests {
                 .all(|s| !photons[s.photon as usize].flux.is_black())
         );
         let curve = Curve::around(&photons);
-        let keys: Vec<u64> = sites
+        let keys: Vec<_> = sites
             .iter()
             .map(|s| curve.photon_key(&photons[s.photon as usize]))
             .collect();

@@ -6,7 +6,7 @@ use super::{GlossyForm, PhotonClusters, VirtualLights, build_lights};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
-use crate::ids::{MaterialId, PrimitiveId};
+use crate::ids::{LightGroup, MaterialId, PrimitiveId};
 use crate::maps::Patch;
 use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
@@ -31,6 +31,7 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
         depth: 1,
         event: Lobes::NONE,
         origin: Lobes::NONE,
+        group: LightGroup::default(),
         ray_density: 1.0,
     }
 }

@@ -9,7 +9,7 @@ use manylight::integrators::{ExtraLayers, Method, MethodKind, PassContext, Rende
 use manylight::render::{Budget, Observer, RenderJob, Stats, Stop, render, render_blocks, resume};
 use manylight::sampling::Pass;
 use manylight::scene::Scene;
-use manylight::testing::scenes::glossy_box;
+use manylight::testing::scenes::grouped_box;
 use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::ops::ControlFlow;
@@ -26,6 +26,10 @@ fn job(scene: &Scene, kind: MethodKind) -> RenderJob<'_> {
         position: has_camera_paths,
         objects: has_camera_paths,
         materials: has_camera_paths,
+        light_groups: match kind {
+            MethodKind::Aov => 0,
+            _ => scene.light_groups.count(),
+        },
     };
     RenderJob {
         scene,
@@ -75,7 +79,7 @@ fn assert_same(a: &Film, b: &Film, context: &str) {
 /// A pass does not depend on the passes that were rendered before it.
 #[test]
 fn a_pass_alone_is_what_it_is_in_a_run() {
-    let scene = glossy_box(16).build();
+    let scene = grouped_box(16, None).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let guide = if job.method.emits_photons() {
@@ -94,6 +98,7 @@ fn a_pass_alone_is_what_it_is_in_a_run() {
                 guide: &guide,
                 stats: &stats,
                 cancel: &NEVER,
+                light_groups: film.light_groups(),
             };
             assert!(renderer.render_pass(&run, &mut film));
             film
@@ -111,7 +116,7 @@ fn a_pass_alone_is_what_it_is_in_a_run() {
 
 #[test]
 fn blocks_made_apart_merge_to_the_whole() {
-    let scene = glossy_box(16).build();
+    let scene = grouped_box(16, None).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let count = block_count(PASSES, job.block);
@@ -183,7 +188,7 @@ impl Observer for Keep {
 
 #[test]
 fn a_resumed_render_has_the_bits_of_one_without_a_break() {
-    let scene = glossy_box(16).build();
+    let scene = grouped_box(16, None).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let whole = whole(&job);
@@ -220,7 +225,7 @@ fn a_resumed_render_has_the_bits_of_one_without_a_break() {
 
 #[test]
 fn arrays_that_do_not_fit_are_refused() {
-    let scene = glossy_box(16).build();
+    let scene = grouped_box(16, None).build();
     let job = job(&scene, MethodKind::Path);
     let film = render(&job, &Stats::default(), &NEVER, &mut EndAfter(2)).film;
     let good = arrays_of(&film, film.current());

@@ -120,6 +120,7 @@ fn film_by(guide: &EmissionGuide, scene: &Scene, kind: &MethodKind, seed: u64) -
         guide,
         stats: &Stats::default(),
         cancel: &AtomicBool::new(false),
+        light_groups: 0,
     };
     assert!(Renderer::new(scene, method).render_pass(&run, &mut film));
     film

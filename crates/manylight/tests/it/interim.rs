@@ -19,6 +19,7 @@ fn maps(scene: &Scene, method: ManyLight) -> InterimMaps {
         pass: Pass { seed: 5, index: 0 },
         stats: &Stats::default(),
         cancel: &AtomicBool::new(false),
+        light_groups: 0,
     };
     method.interim_maps(scene, scene.limits, &run).unwrap()
 }
@@ -193,6 +194,7 @@ fn a_cancelled_pass_leaves_nothing() {
         pass: Pass { seed: 5, index: 0 },
         stats: &Stats::default(),
         cancel: &AtomicBool::new(true),
+        light_groups: 0,
     };
     let scene = glossy_box(8).build();
     let method = small(Placement::Importance);

@@ -20,6 +20,7 @@ mod interim;
 mod interleaving;
 mod invisible_emitters;
 mod layers;
+mod light_groups;
 mod mixed;
 mod photon_map;
 mod source;

@@ -109,6 +109,7 @@ fn first_surfaces_are_those_of_both_methods() {
         position: true,
         objects: true,
         materials: true,
+        light_groups: 0,
     };
     let kinds = [MethodKind::Mixed(mixed(lights())), MethodKind::Path];
     let [both, path] = kinds.map(|kind| film_with(&scene, kind, extra, 256, 5));
@@ -145,6 +146,7 @@ fn pre_pass(scene: &Scene, seed: u64) -> ChoicePrePass {
         guide: &scene.emission_guide(),
         stats: &Stats::default(),
         cancel: &AtomicBool::new(false),
+        light_groups: 0,
     };
     ChoicePrePass::new(&lights(), (scene, scene.limits), &run)
 }

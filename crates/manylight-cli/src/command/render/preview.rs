@@ -3,8 +3,9 @@
 
 use crate::args::RenderArgs;
 use crate::output::{Console, print_message};
-use crate::picture::{RGB, channels, full_name, named};
+use crate::picture::{NamedFilm, RGB, channels, full_name, named};
 use crate::request::RenderRequest;
+use crate::session::Session;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight::integrators::StageMemory;
@@ -22,6 +23,8 @@ const STAGE: &str = "preview";
 /// The preview of a render, if one is asked for.
 pub(super) struct RenderPreview {
     preview: Option<Preview>,
+    /// Names of the light groups.
+    groups: Vec<String>,
     /// Time between the begin of the render and its last pass.
     elapsed: Duration,
 }
@@ -29,7 +32,7 @@ pub(super) struct RenderPreview {
 impl RenderPreview {
     /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`: nobody
     /// could open the page otherwise.
-    pub(super) fn start(args: &RenderArgs, request: &RenderRequest, console: &Console) -> Self {
+    pub(super) fn start(args: &RenderArgs, session: &Session, console: &Console) -> Self {
         let (console, quiet) = (console.clone(), args.display.quiet);
         let warn = Arc::new(move |warning: String| {
             if !quiet {
@@ -37,12 +40,14 @@ impl RenderPreview {
             }
         });
         let target = args.preview.as_ref();
-        let preview = target.and_then(|target| Preview::start(target, info(request), warn));
+        let preview =
+            target.and_then(|target| Preview::start(target, info(&session.request), warn));
         if let Some(address) = preview.as_ref().and_then(Preview::address) {
             print_message(format_args!("preview: {address}"));
         }
         RenderPreview {
             preview,
+            groups: session.scene.light_groups.names().to_vec(),
             elapsed: Duration::ZERO,
         }
     }
@@ -79,8 +84,13 @@ impl RenderPreview {
             Stop::Cancelled => RenderState::Interrupted,
         };
         let elapsed = self.elapsed;
+        let film = NamedFilm {
+            film: &outcome.film,
+            denoised,
+            groups: &self.groups,
+        };
         if let Some(preview) = &mut self.preview {
-            preview.finish(|| snapshot(&outcome.film, denoised, elapsed, state, stats));
+            preview.finish(|| snapshot(film, elapsed, state, stats));
         }
     }
 
@@ -100,8 +110,13 @@ struct Beside<'a> {
 impl Observer for Beside<'_> {
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         self.preview.elapsed = elapsed;
+        let named = NamedFilm {
+            film,
+            denoised: None,
+            groups: &self.preview.groups,
+        };
         if let Some(preview) = &mut self.preview.preview {
-            preview.update(|| snapshot(film, None, elapsed, RenderState::Rendering, stats));
+            preview.update(|| snapshot(named, elapsed, RenderState::Rendering, stats));
         }
         self.observer.pass_done(film, stats, elapsed)
     }
@@ -123,15 +138,9 @@ fn info(request: &RenderRequest) -> RenderInfo {
     }
 }
 
-fn snapshot(
-    film: &Film,
-    denoised: Option<&Image>,
-    elapsed: Duration,
-    state: RenderState,
-    stats: &Stats,
-) -> Picture {
-    let start = Instant::now();
-    let (layers, error) = rayon::join(|| layers(film, denoised), || film.relative_error());
+fn snapshot(named: NamedFilm, elapsed: Duration, state: RenderState, stats: &Stats) -> Picture {
+    let (start, film) = (Instant::now(), named.film);
+    let (layers, error) = rayon::join(|| layers(&named), || film.relative_error());
     let size = film.image_size();
     let picture = Picture {
         width: size.x as usize,
@@ -149,7 +158,8 @@ fn snapshot(
 }
 
 /// The layers of the image file, without variances and mattes.
-fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
+fn layers(named_film: &NamedFilm) -> Vec<ImageLayer> {
+    let NamedFilm { film, denoised, .. } = *named_film;
     let entries: Vec<(usize, Layer, &[&str])> = (film.layers().iter().enumerate())
         .filter(|(_, layer)| **layer != Layer::Alpha)
         .map(|(l, &layer)| (l, layer, channels(layer)))
@@ -159,14 +169,12 @@ fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
     let mut planes = film.planes(&places.collect::<Vec<_>>()).into_iter();
     let layer_of = |(_, layer, names): (usize, Layer, &[&str])| {
         let name = match (layer, denoised) {
-            (Layer::Beauty, Some(_)) => NOISY,
-            _ => layer.name(),
+            (Layer::Beauty, Some(_)) => NOISY.to_owned(),
+            _ => named_film.name_of(layer),
         };
-        let names = names.iter().map(|channel| full_name(name, channel));
-        ImageLayer {
-            name: name.into(),
-            channels: names.zip(&mut planes).collect(),
-        }
+        let names = names.iter().map(|channel| full_name(&name, channel));
+        let channels = names.zip(&mut planes).collect();
+        ImageLayer { name, channels }
     };
     let layers = entries.into_iter().map(layer_of);
     let denoised = denoised.map(|image| named("", RGB, image));
@@ -211,9 +219,14 @@ mod tests {
         }
         let denoised = Image::new(19, 11, 3);
         for denoised in [None, Some(&denoised)] {
-            let mut expected = picture::film_layers(&film, denoised, AovNames::Manylight);
+            let named_film = NamedFilm {
+                film: &film,
+                denoised,
+                groups: &[],
+            };
+            let mut expected = picture::film_layers(&named_film, AovNames::Manylight);
             expected.retain(|layer| !layer.name.contains("variance"));
-            assert_eq!(layers(&film, denoised), expected);
+            assert_eq!(layers(&named_film), expected);
         }
     }
 }

@@ -104,6 +104,11 @@ impl<'a> Json<'a> {
         Some(self.child(name, value))
     }
 
+    /// The member `name` of `extras`, where anything may stand, if it is text.
+    pub(super) fn extra_text(&self, name: &str) -> Option<&'a str> {
+        self.object()?.get("extras")?.get(name)?.as_str()
+    }
+
     pub(super) fn has(&self, name: &str) -> bool {
         self.object()
             .is_some_and(|object| object.contains_key(name))

@@ -2,6 +2,7 @@
 
 use super::super::description::add;
 use super::super::growth::{Bound, Growth};
+use super::super::names::set_name;
 use super::accessors::{Accessors, QUANTIZED};
 use super::deform::{joint_matrices, morph, skin};
 use super::emission;
@@ -379,8 +380,12 @@ impl<'a, 'b> Meshes<'a, 'b> {
         let has_emitter = parts.iter().any(|part| part.emitter.is_some());
         let name = &self.object_name(&key, index, node);
         if uses == 1 || has_emitter || triangles.saturating_mul(uses) < INSTANCED_TRIANGLES {
-            let primitives = parts.iter().map(|part| primitive(part, name, affine));
-            desc.primitives.extend(primitives);
+            for part in parts {
+                let group = part.emitter.and_then(|_| node.light_group());
+                let index = desc.primitives.len();
+                set_name(&mut desc.primitive_groups, index, group.unwrap_or_default());
+                desc.primitives.push(primitive(part, name, affine));
+            }
             return;
         }
         let group = *self.groups.entry(key).or_insert_with(|| {

@@ -44,6 +44,7 @@ mod uri;
 
 pub(super) use container::MAGIC;
 
+use super::names::name_light_group;
 use super::options::GltfOptions;
 use super::sink::Sink;
 use crate::error::LoadErrorKind;
@@ -113,13 +114,18 @@ pub(super) fn load(
     images.load(&document, &buffers, folder, &mut textures.list);
     desc.textures = textures.list;
     fill_missing(&mut desc.textures);
+    let first = desc.emitters.len();
     environment::add(&mut desc, &document.root, options);
+    name_light_group(&mut desc, first, Some(ENVIRONMENT_GROUP));
     drop_full_masks(&mut desc);
     if desc.sensors.is_empty() {
         desc.sensors.push(cameras::framing(meshes::bounds(&desc)));
     }
     Some(desc)
 }
+
+/// Name of the light group of the environment, which glTF files do not have.
+const ENVIRONMENT_GROUP: &str = "environment";
 
 /// The parts of a file, its JSON text, and the value of the text.
 fn parse(bytes: &[u8]) -> Result<(Container<'_>, &str, serde_json::Value), Fault> {
@@ -244,7 +250,10 @@ impl<'a> Builder<'a, '_> {
         let dialect = Dialect::new(self.document.origin, self.options.light_units);
         dialect.warn_of_units(&lights[index]);
         let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
+        let first = self.desc.emitters.len();
         self.desc.emitters.extend(emitter);
+        let group = node.light_group().or_else(|| node.json.string("name"));
+        name_light_group(&mut self.desc, first, group);
     }
 
     fn camera(&mut self, node: &PlacedNode<'a>) {

@@ -10,6 +10,15 @@ pub(super) struct PlacedNode<'a> {
     pub(super) world_from_node: DMat4,
 }
 
+impl PlacedNode<'_> {
+    /// The light group that the node names, as programs with light groups write it.
+    pub(super) fn light_group(&self) -> Option<&str> {
+        let names = ["lightgroup", "light_group"];
+        let mut groups = names.iter().filter_map(|name| self.json.extra_text(name));
+        groups.find(|group| !group.is_empty())
+    }
+}
+
 /// The nodes of the default scene, parents before children, and the transforms of all nodes of the
 /// file.
 pub(super) struct Hierarchy<'a> {

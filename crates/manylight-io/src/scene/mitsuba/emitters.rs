@@ -2,6 +2,7 @@
 
 use super::super::description::Additions;
 use super::super::files::find_file;
+use super::super::names::name_light_group;
 use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
 use super::builder::{DescBuilder, IGNORED, Substitute};
@@ -68,13 +69,14 @@ impl DescBuilder<'_> {
         props.ignore(SAMPLING_PARAMETERS);
         props.finish();
         let emitter = self.desc.add(Emitter::Area { radiance });
+        name_light_group(&mut self.desc, emitter.index(), Some(&props.object().id));
         self.made.area_emitters.insert(key, emitter);
         Some(emitter)
     }
 
     /// Adds an emitter that is nested in the scene.
     pub(super) fn emitter(&mut self, id: ObjectId) {
-        let props = self.props(id);
+        let (props, first) = (self.props(id), self.desc.emitters.len());
         match props.plugin().value.as_str() {
             "area" => {
                 let message = "emitter `area` must be nested in a shape";
@@ -104,6 +106,7 @@ impl DescBuilder<'_> {
                 return;
             }
         }
+        name_light_group(&mut self.desc, first, Some(&props.object().id));
         props.ignore(SAMPLING_PARAMETERS);
         props.finish();
     }

@@ -2,6 +2,7 @@
 
 use super::visible_point::VisiblePoint;
 use crate::color::Rgb;
+use crate::emitters::EmissionSource;
 use crate::geometry::{Geometry, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::math::{Aabb, Cone, Vec2, Vec3};
@@ -56,6 +57,14 @@ impl ElementBounds {
 }
 
 impl EmitterElement {
+    /// What emits the light of the element.
+    pub(in crate::emitters) fn source(&self) -> EmissionSource {
+        match self.shape {
+            ElementShape::Point => EmissionSource::Emitter(self.emitter),
+            _ => EmissionSource::Surface(self.primitive),
+        }
+    }
+
     /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards
     /// `p`.
     pub(super) fn sample(

@@ -111,6 +111,11 @@ impl ElementList {
         Some((self.element(elements.indices[k] as usize), pmf))
     }
 
+    /// Number of elements.
+    pub(in crate::emitters) fn len(&self) -> usize {
+        self.elements.len()
+    }
+
     /// The element with this index.
     #[inline]
     pub(in crate::emitters) fn element(&self, index: usize) -> &EmitterElement {

@@ -85,6 +85,19 @@ impl InfiniteLight {
         !matches!(self.kind, InfiniteLightKind::Directional { .. })
     }
 
+    /// Radiance from the unit direction `wi`; `None` for parallel light.
+    pub(super) fn radiance(&self, wi: Vec3) -> Option<Rgb> {
+        match &self.kind {
+            InfiniteLightKind::Directional { .. } => None,
+            InfiniteLightKind::Constant { radiance } => Some(*radiance),
+            InfiniteLightKind::Environment(sampler) => Some(
+                EnvironmentSampler::look_up(sampler, Vector::<One>::from(wi))
+                    .radiance
+                    .into(),
+            ),
+        }
+    }
+
     /// A direction towards the light for the emission of a photon, and radiance over its pdf: the
     /// irradiance on a plane perpendicular to the direction.
     pub(super) fn sample_emission(&self, u: Vec2) -> Option<(Vec3, Rgb)> {

@@ -31,7 +31,12 @@ pub(in crate::emitters) struct InfiniteLightSamples<S: Width> {
     pub(in crate::emitters) pdf: Float<S>,
     /// The lanes with parallel light.
     pub(in crate::emitters) is_parallel: Mask<S>,
+    /// Index of the light, where it is parallel; else [`ENVIRONMENT`].
+    pub(in crate::emitters) light: Word<S>,
 }
+
+/// Stands for all lights that fill a solid angle together.
+pub(in crate::emitters) const ENVIRONMENT: u32 = u32::MAX >> 1;
 
 /// The random numbers that place a photon of an infinite light.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +84,26 @@ impl InfiniteLights {
         self.lights.iter()
     }
 
+    /// The lights that fill a solid angle.
+    pub(in crate::emitters) fn environments(&self) -> impl Iterator<Item = EmitterId> + '_ {
+        let lights = self.lights.iter().filter(|light| light.fills_directions());
+        lights.map(|light| light.emitter)
+    }
+
+    /// Radiance of each of them from the unit direction `wi`.
+    pub(in crate::emitters) fn terms(
+        &self,
+        wi: Vec3,
+    ) -> impl Iterator<Item = (EmitterId, Rgb)> + '_ {
+        let lights = self.lights.iter();
+        lights.filter_map(move |light| Some((light.emitter, light.radiance(wi)?)))
+    }
+
+    /// The emitter of the light with this index; `None` for [`ENVIRONMENT`].
+    pub(in crate::emitters) fn emitter(&self, index: usize) -> Option<EmitterId> {
+        self.lights.get(index).map(|light| light.emitter)
+    }
+
     /// The bounding sphere of the scene.
     pub(in crate::emitters) fn sphere(&self) -> &BoundingSphere {
         &self.sphere
@@ -110,11 +135,12 @@ impl InfiniteLights {
         let mut all = InfiniteLightSamples::none(s);
         for (i, lanes) in light.groups(lanes) {
             let light = &self.lights[i as usize];
+            let parallel = Word::splat(s, i);
             let samples = match &light.kind {
                 InfiniteLightKind::Environment(sampler) => InfiniteLightSamples::of_environment(
                     EnvironmentSampler::sample(sampler, u, lanes),
                 ),
-                _ => light.sample(receivers, (u_left, u)),
+                _ => light.sample(receivers, parallel, (u_left, u)),
             };
             all = InfiniteLightSamples::select(lanes, samples, all);
         }
@@ -234,12 +260,13 @@ impl InfiniteLights {
 }
 
 impl InfiniteLight {
-    /// Directions towards this light. For parallel light also what arrives; for others
+    /// Directions towards this light, of this index. For parallel light also what arrives; for others
     /// [`InfiniteLights::look_up`] tells it.
     #[inline(always)]
     fn sample<S: Width>(
         &self,
         receivers: &Receivers<S>,
+        index: Word<S>,
         (u_left, u): (Float<S>, Pair<S>),
     ) -> InfiniteLightSamples<S> {
         let s = u_left.width();
@@ -249,6 +276,7 @@ impl InfiniteLight {
                 wi: Vector::splat(s, *wi),
                 radiance: Color::splat(s, *irradiance / self.pmf),
                 is_parallel: Mask::splat(s, true),
+                light: index,
                 ..none
             },
             InfiniteLightKind::Constant { .. } => InfiniteLightSamples {
@@ -281,6 +309,7 @@ impl<S: Width> InfiniteLightSamples<S> {
             radiance: Color::black(s),
             pdf: Float::splat(s, 1.0),
             is_parallel: Mask::splat(s, false),
+            light: Word::splat(s, ENVIRONMENT),
         }
     }
 
@@ -291,6 +320,7 @@ impl<S: Width> InfiniteLightSamples<S> {
             radiance: Color::select(m, a.radiance, b.radiance),
             pdf: m.select(a.pdf, b.pdf),
             is_parallel: (m & a.is_parallel) | (!m & b.is_parallel),
+            light: m.select_words(a.light, b.light),
         }
     }
 }

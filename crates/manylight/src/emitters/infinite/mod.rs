@@ -13,5 +13,7 @@ pub(super) use bounding_sphere::BoundingSphere;
 #[cfg(test)]
 pub(super) use environment::EnvironmentSampler;
 pub(super) use guides::InfiniteLightGuides;
-pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights};
+pub(super) use lights::{
+    ENVIRONMENT, InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights,
+};
 pub(super) use prepass::GuidingPrepass;

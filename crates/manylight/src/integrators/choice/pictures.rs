@@ -78,7 +78,7 @@ impl PrePass {
             let seed = (run.pass.seed ^ SEED).wrapping_add(g as u64);
             let passes = (0..per_group).map(|index| Pass { seed, index });
             let layers = (layers.as_slice(), [].as_slice());
-            sums_of_samples(scene, run, (pixels, TILING), layers, passes)
+            sums_of_samples(scene, run, (pixels, TILING), layers, passes, |_| 1.0)
         });
         let size = pixels.size().as_usizevec2();
         let per_sample = 1.0 / f64::from(per_group);
@@ -191,7 +191,7 @@ pub(super) fn shadow_rays_per_sample(
     let passes = (0..COUNTED_SAMPLES).map(|index| Pass { seed, index });
     let before = Stats::get(&run.stats.shadow_rays);
     let layers = ([Layer::Beauty].as_slice(), [].as_slice());
-    sums_of_samples(scene, run, (pixels, TILING), layers, passes);
+    sums_of_samples(scene, run, (pixels, TILING), layers, passes, |_| 1.0);
     let rays = Stats::get(&run.stats.shadow_rays) - before;
     let size = pixels.size().as_dvec2();
     rays as f64 / (size.x * size.y * f64::from(COUNTED_SAMPLES))

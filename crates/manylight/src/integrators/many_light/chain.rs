@@ -186,6 +186,7 @@ fn first_part(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
     let along = (w, direction.f_cos);
     Chain {
         shared: shared_light(prepared, point, along, found),
+        scales: point.path.scales,
         first_weight: point.path.first_weight,
         max_photon_radius: direction.max_photon_radius,
     }
@@ -249,6 +250,7 @@ pub(super) fn end<'s, S: Width>(
             stage: path.stage,
             max_photon_radius: chain.max_photon_radius,
             first_weight: chain.first_weight,
+            scales: chain.scales,
         };
         let role = GatherRole::BehindSpecularChain;
         at.generators

@@ -26,7 +26,8 @@ use crate::math::{UVec2, Vec3};
 use crate::particles::{Photon, parent};
 use crate::sampling::rng;
 use crate::scene::Scene;
-use crate::virtual_lights::{NearestLights, SurfaceLocation};
+use crate::virtual_lights::SurfaceLocation;
+use crate::virtual_lights::light_groups::NearestLightsOfGroups;
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -140,13 +141,14 @@ pub(super) fn assigned(
     reflected: Vec<ReflectedPhoton>,
     (gather, subsets): (&Gather, &LightSubsets),
     lights: &LightIndex,
-    nearest: &NearestLights,
+    nearest: &NearestLightsOfGroups,
 ) -> KdTree<CompensationPhoton> {
     let scene = cx.scene;
     let subset = subsets.of_pixel(cx.group.passes.start, UVec2::ZERO);
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
-        let assignment = lights.assignment(nearest.light(scene, &from), &from);
+        let group = reflected.photon.group;
+        let assignment = lights.assignment(nearest.light(group, scene, &from), &from);
         let at = ClampReceiver {
             p: reflected.photon.p,
             n: reflected.photon.n,

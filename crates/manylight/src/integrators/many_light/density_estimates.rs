@@ -14,6 +14,7 @@ use super::compensation_photons::{CompensationPhoton, direction_fraction, direct
 use super::gather_point::{DIRECTIONS, GatherPath, GatherPoint, GatherRole};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::integrators::light_groups::RadianceByGroup;
 use crate::integrators::partition::PathStage;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
@@ -127,15 +128,16 @@ fn densities(
 }
 
 /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Directions
-/// account for a part of it.
+/// account for a part of it. The radiance of each light group is added to `by_group`.
 pub(super) fn caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let has_lobes = |lobes: &Lobes| point.at.bsdf.lobes().has(*lobes);
     (CLASSES.into_iter().filter(has_lobes))
-        .map(|lobes| caustic_radiance_of(prepared, point, lobes, found))
+        .map(|lobes| caustic_radiance_of(prepared, point, lobes, (found, by_group)))
         .fold(Rgb::BLACK, |sum, radiance| sum + radiance)
 }
 
@@ -144,45 +146,45 @@ fn caustic_radiance_of(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     lobes: Lobes,
-    found: &mut Neighbors,
+    found: (&mut Neighbors, &mut RadianceByGroup),
 ) -> Rgb {
     let bandwidth = caustic_bandwidth(prepared, &point.path, lobes);
-    estimate(
-        prepared,
-        (&prepared.caustics, bandwidth),
-        point,
-        found,
-        |arriving| {
-            let all = arriving.f_cos(Lobes::NON_SPECULAR);
-            let reflected = arriving.f_cos(lobes);
-            let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
-            let near = of_surfaces.count() as u32;
-            let mut sum = Rgb::BLACK;
-            for ((photon, kernel), (f_cos, reflected)) in
-                arriving.iter().zip(all.into_iter().zip(reflected))
-            {
-                let photons = (arriving.radius(), near.saturating_sub(1));
-                let densities = densities(point, (photon.wi, f_cos), photons);
-                let fraction = match is_of_surface(photon) {
-                    true => 1.0 - densities.surface_fraction(),
-                    false => densities.photon_emission_fraction(photon.ray_density),
-                };
-                sum += photon.flux * reflected * (kernel * fraction);
-            }
-            sum
-        },
-    )
+    let photons = (&prepared.caustics, bandwidth);
+    estimate(prepared, photons, point, found, |arriving, by_group| {
+        let all = arriving.f_cos(Lobes::NON_SPECULAR);
+        let reflected = arriving.f_cos(lobes);
+        let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
+        let near = of_surfaces.count() as u32;
+        let mut sum = Rgb::BLACK;
+        for ((photon, kernel), (f_cos, reflected)) in
+            arriving.iter().zip(all.into_iter().zip(reflected))
+        {
+            let photons = (arriving.radius(), near.saturating_sub(1));
+            let densities = densities(point, (photon.wi, f_cos), photons);
+            let fraction = match is_of_surface(photon) {
+                true => 1.0 - densities.surface_fraction(),
+                false => densities.photon_emission_fraction(photon.ray_density),
+            };
+            let value = photon.flux * reflected * (kernel * fraction);
+            sum += value;
+            by_group.add(photon.group, value);
+        }
+        sum
+    })
 }
 
-/// Radiance at a gather point from compensation photons, in W/(m² sr).
+/// Radiance at a gather point from compensation photons, in W/(m² sr). The radiance of each light
+/// group is added to `by_group`.
 pub(super) fn compensation_photon_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
     found: &mut Neighbors,
+    by_group: &mut RadianceByGroup,
 ) -> Rgb {
     let bandwidth = bandwidth(prepared, &point.path);
     let photons = (&prepared.compensation_photons, bandwidth);
-    estimate(prepared, photons, point, found, |arriving| {
+    let found = (found, by_group);
+    estimate(prepared, photons, point, found, |arriving, by_group| {
         let mut sum = Rgb::BLACK;
         arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
             let CompensationPhoton {
@@ -197,7 +199,9 @@ pub(super) fn compensation_photon_radiance(
             let (at, from) = ((&point.at).into(), &reflected.from);
             let (gather, lights) = (&prepared.gather, &prepared.lights);
             let clamped = gather.clamped_fraction(lights, &at, from, *assignment, |_| f_cos);
-            sum += reflected.photon.flux * kernel * (f_cos * (fraction * clamped));
+            let value = reflected.photon.flux * kernel * (f_cos * (fraction * clamped));
+            sum += value;
+            by_group.add(reflected.photon.group, value);
         });
         sum
     })
@@ -209,8 +213,8 @@ fn estimate<P: OnSurface + Sync>(
     prepared: &PreparedPasses,
     (photons, bandwidth): (&KdTree<P>, Bandwidth),
     point: &GatherPoint,
-    found: &mut Neighbors,
-    sum: impl Fn(&ArrivingPhotons<P>) -> Rgb,
+    (found, by_group): (&mut Neighbors, &mut RadianceByGroup),
+    sum: impl Fn(&ArrivingPhotons<P>, &mut RadianceByGroup) -> Rgb,
 ) -> Rgb {
     let weight = point.role.photon_weight();
     if weight == 0.0 {
@@ -230,11 +234,16 @@ fn estimate<P: OnSurface + Sync>(
     };
     let mut on_side = |n: Vec3| {
         let arriving = ArrivingPhotons::around(photons, receiver, n, bandwidth, found);
-        let sum = sum(&arriving);
-        match sum.is_black() {
-            true => sum,
-            false => sum / arriving.covered(&prepared.scene.geometry, probes),
+        let mut groups = RadianceByGroup::black(prepared.light_groups);
+        let sum = sum(&arriving, &mut groups);
+        if sum.is_black() {
+            return sum;
         }
+        let covered = arriving.covered(&prepared.scene.geometry, probes);
+        for (group, value) in groups.lit() {
+            by_group.add(group, value / covered * weight);
+        }
+        sum / covered
     };
     let visible_side = x.normal_towards(wo);
     let sum = match point.at.lit_from {

@@ -8,12 +8,13 @@
 use super::PreparedPasses;
 use super::compensation::{DirectionEnd, compensate};
 use super::gather_point::{GatherPoint, GatherRole, TileGather};
+use super::group_scales::GroupScales;
 use super::paths::{Direction, PathPart, PathState};
 use super::{Compensation, compensation_photons::direction_fraction};
 use crate::bsdf::{BsdfSamples, Lobes, Numbers};
 use crate::color::Rgb;
 use crate::film::Layer;
-use crate::ids::MaterialId;
+use crate::ids::{LightGroup, MaterialId};
 use crate::integrators::camera_round::Arrived;
 use crate::integrators::connections::{
     Connections, EmitterQuery, EmitterReflection, ReflectingPath,
@@ -32,6 +33,7 @@ pub(super) struct Sampling<'a, 's> {
     pub(super) prepared: &'a PreparedPasses<'s>,
     pub(super) points: &'a mut [GatherPoint<'s>],
     pub(super) connections: &'a mut Connections,
+    pub(super) scales: &'a GroupScales,
     /// The paths along the directions.
     pub(super) next: &'a mut Walks<PathState>,
 }
@@ -87,6 +89,7 @@ impl Sampling<'_, '_> {
         let reflection = AtGatherPoints {
             packet,
             points,
+            scales: self.scales,
             per_direction,
             throughput: packet.throughput / per_direction,
             limits: Float::from_fn(s, |i| point(i).role.direction_limit()),
@@ -220,6 +223,7 @@ impl<'s, S: Width> Packet<'s, S> {
 struct AtGatherPoints<'k, 's, S: Width> {
     packet: &'k Packet<'s, S>,
     points: &'k [GatherPoint<'s>],
+    scales: &'k GroupScales,
     /// Emitter samples per direction.
     per_direction: Float<S>,
     /// Throughput over the number of emitter samples.
@@ -247,6 +251,12 @@ impl<S: Width> EmitterReflection<S> for AtGatherPoints<'_, '_, S> {
             pixel: path.pixel,
             layers: [path.stage_of_directions().layer(), Layer::Direct],
         }
+    }
+
+    #[inline(always)]
+    fn group_weight(&self, i: usize, group: LightGroup) -> f32 {
+        let path = &self.points[self.packet.v.index.as_ref()[i] as usize].path;
+        self.scales.of(path.scales, group)
     }
 }
 

@@ -143,7 +143,7 @@ impl<'s, 'r> MeasuredPass<'s, 'r> {
         index: u32,
     ) -> Self {
         let seed = !run.pass.seed;
-        let run = run.with_pass(Pass { seed, index });
+        let run = run.with_pass(Pass { seed, index }).without_light_groups();
         let group = PassGroup::single_pass(method, index);
         let prepared = method.prepare(scene, limits, &group, &run);
         MeasuredPass { run, prepared }

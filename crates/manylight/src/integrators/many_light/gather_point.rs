@@ -10,6 +10,7 @@
 //!
 //! Both end at another gather point, on a sparse subset of the lights.
 
+use super::group_scales::{GroupScales, ScaleRow};
 use super::paths::{PathNumber, PixelNumbers, SPLIT};
 use super::radiance_cache::CACHE_NEIGHBORS;
 use super::trace::PHOTON_NEIGHBORS;
@@ -85,6 +86,8 @@ pub(super) struct GatherPath {
     pub(super) max_photon_radius: f32,
     /// Roulette weight of a direction sampled at the first gather point of the path.
     pub(super) first_weight: f32,
+    /// Factors on the light of each light group.
+    pub(super) scales: ScaleRow,
 }
 
 impl GatherPath {
@@ -184,6 +187,8 @@ pub(super) struct TileGather<'s, 'o, 't> {
     /// By pixel.
     pub(super) numbers: Vec<PixelNumbers>,
     pub(super) points: Vec<GatherPoint<'s>>,
+    /// Of the camera paths.
+    pub(super) scales: GroupScales,
     /// Light of sampled emitters.
     pub(super) connections: Connections,
     /// Memory for queries of the environment guide.
@@ -207,10 +212,11 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
         TileGather {
             prepared,
             lights: out.tile().pixels().map(lights).collect(),
+            scales: GroupScales::new(prepared.light_groups),
+            connections: Connections::of(out),
             out,
             numbers: Vec::new(),
             points: Vec::new(),
-            connections: Connections::default(),
             found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
             found_caustics: Neighbors::new(PHOTON_NEIGHBORS - 1),

@@ -12,10 +12,11 @@ use crate::stats::Stats;
 use crate::virtual_lights::assign::assign;
 use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::density::by_density;
-use crate::virtual_lights::relax::relax;
-use crate::virtual_lights::{
-    NearestLights, PhotonClusters, Site, VirtualLights, build_lights, select,
+use crate::virtual_lights::light_groups::{
+    NearestLightsOfGroups, assign_groups, by_density_of_groups, relax_groups,
 };
+use crate::virtual_lights::relax::relax;
+use crate::virtual_lights::{PhotonClusters, Site, VirtualLights, build_lights, select};
 
 /// Most photons per light on average; more of them are thinned before the partition of flux. The
 /// flux of a light of n photons has a relative standard deviation of about `1/√n`, 3 %: 4.4 % with
@@ -105,6 +106,9 @@ pub(super) fn sites(cx: &GroupContext, candidates: &Candidates) -> Vec<Site> {
         let selected = selected_sites(cx, candidates);
         match cx.method.placement {
             Placement::Uniform | Placement::Importance => selected,
+            Placement::Relaxed if cx.run.light_groups > 0 => {
+                relax_groups(cx.scene, candidates, &selected)
+            }
             Placement::Relaxed => relax(cx.scene, candidates, &selected),
         }
     })
@@ -116,13 +120,12 @@ pub(super) fn selected_sites(cx: &GroupContext, candidates: &Candidates) -> Vec<
         cx.group.placed_lights as usize,
         SelectionNumbers::of(cx).sites,
     );
-    match cx.method.placement {
-        Placement::Uniform => select(&candidates.photons, &candidates.weights, count, u),
-        Placement::Importance | Placement::Relaxed => {
-            let mixed = candidates.defensive_weights(PLACED_BY_FLUX);
-            select(&candidates.photons, &mixed, count, u)
-        }
-    }
+    let weights = match cx.method.placement {
+        Placement::Uniform => candidates.weights.clone(),
+        Placement::Importance | Placement::Relaxed => candidates.defensive_weights(PLACED_BY_FLUX),
+    };
+    let weights = candidates.with_lights_for_all_groups(weights);
+    select(&candidates.photons, &weights, count, u)
 }
 
 /// The photons that each light represents, and the light that a photon anywhere would be assigned
@@ -131,12 +134,17 @@ pub(super) fn clusters(
     cx: &GroupContext,
     candidates: &Candidates,
     sites: &[Site],
-) -> (PhotonClusters, NearestLights) {
-    let method = cx.method;
+) -> (PhotonClusters, NearestLightsOfGroups) {
+    let (method, groups) = (cx.method, cx.run.light_groups);
+    let of_one = NearestLightsOfGroups::of_one;
     cx.run.stats.time("lights", || match method.flux {
         FluxRule::Partition => {
             let u = SelectionNumbers::of(cx).unassigned;
-            assign(cx.scene, candidates, sites, u)
+            if groups > 0 {
+                return assign_groups(cx.scene, candidates, sites, (u, groups));
+            }
+            let (clusters, nearest) = assign(cx.scene, candidates, sites, u);
+            (clusters, of_one(nearest))
         }
         FluxRule::Density => {
             let is_single =
@@ -145,9 +153,12 @@ pub(super) fn clusters(
                 PhotonClusters::single_photons(sites)
             } else {
                 let neighbors = cx.group.neighbors as usize;
-                by_density(cx.scene, &candidates.photons, sites, neighbors)
+                match groups {
+                    0 => by_density(cx.scene, &candidates.photons, sites, neighbors),
+                    _ => by_density_of_groups(cx.scene, candidates, sites, neighbors),
+                }
             };
-            (clusters, NearestLights::empty())
+            (clusters, NearestLightsOfGroups::none(groups.max(1)))
         }
     })
 }
@@ -176,7 +187,7 @@ pub(super) fn lights<'s>(
 
 /// The lights with what the strategy needs to evaluate them: for cuts, a tree.
 pub(super) fn index<'s>(cx: &GroupContext, lights: VirtualLights<'s>) -> LightIndex<'s> {
-    let lights = LightIndex::new(lights);
+    let lights = LightIndex::new(lights).of_groups(cx.run.light_groups);
     match cx.method.strategy {
         Strategy::All => lights,
         Strategy::Cuts(_) => cx.run.stats.time("tree", || lights.with_tree()),

@@ -27,6 +27,7 @@ mod density_estimates;
 mod direction;
 mod effort;
 mod gather_point;
+mod group_scales;
 mod interim_maps;
 mod lights;
 mod passes;
@@ -103,6 +104,7 @@ impl ManyLight {
             scene,
             limits,
             group: group.clone(),
+            light_groups: run.light_groups,
             compensation: self.compensation,
             emitter_samples: self.emitter_samples,
             camera_paths: self.started_paths(),
@@ -135,8 +137,8 @@ impl ManyLight {
         interim_maps::interim_maps(self, scene, limits, run)
     }
 
-    /// One sample per pixel with the lights of one pass, after which `finish` is called for each
-    /// tile. `prepared` holds the lights of its group and is made where it is missing or of another
+    /// One sample per pixel with the lights of one pass, before and after which `begin` and `end`
+    /// are called for each tile. `prepared` holds the lights of its group and is made where it is missing or of another
     /// group. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
@@ -144,7 +146,10 @@ impl ManyLight {
         run: &PassContext,
         prepared: &mut Option<PreparedPasses<'s>>,
         film: &mut Film,
-        finish: impl Fn(&mut TileSamples) + Sync,
+        (begin, end): (
+            impl Fn(&mut TileSamples) + Sync,
+            impl Fn(&mut TileSamples) + Sync,
+        ),
     ) -> bool {
         if run.cancelled() {
             return false;
@@ -157,8 +162,9 @@ impl ManyLight {
         let prepared = prepared.get_or_insert_with(|| self.prepare(scene, limits, &group, run));
         let positions = film.desc().sampler();
         run.shade(film, shade::tiling(self, run.pass), |samples| {
+            begin(samples);
             prepared.shade_tile(run, &positions, samples);
-            finish(samples);
+            end(samples);
         })
     }
 }

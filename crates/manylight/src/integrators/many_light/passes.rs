@@ -10,7 +10,7 @@ use crate::maps::{IncidentMap, KdTree};
 use crate::math::Vec2;
 use crate::particles::Photon;
 use crate::scene::{PathLimits, Scene};
-use crate::virtual_lights::NearestLights;
+use crate::virtual_lights::light_groups::NearestLightsOfGroups;
 
 /// Everything that the passes of a group shade with.
 #[derive(Debug)]
@@ -18,6 +18,8 @@ pub struct PreparedPasses<'s> {
     pub(super) scene: &'s Scene,
     pub(super) limits: PathLimits,
     pub(super) group: PassGroup,
+    /// Number of light groups; 0 if they are not told apart.
+    pub(super) light_groups: usize,
     pub(super) compensation: Compensation,
     /// Emitter samples per direction at the first gather points.
     pub(super) emitter_samples: u32,
@@ -32,7 +34,7 @@ pub struct PreparedPasses<'s> {
     /// without cuts.
     pub(super) tolerance: f32,
     /// The light that a photon anywhere would be assigned to.
-    pub nearest: NearestLights,
+    pub nearest: NearestLightsOfGroups,
     /// Photons that arrive straight from the environment.
     pub(super) incident: IncidentMap,
     /// Photons with a specular last event.

@@ -7,6 +7,7 @@
 //! | chain | where a sampled direction meets specular lobes | at another gather point, or on an emitter | `chain.rs` |
 
 use super::chain_densities::SharedLight;
+use super::group_scales::ScaleRow;
 use crate::color::Rgb;
 use crate::integrators::camera_round::{CameraPath, FirstPart};
 use crate::integrators::first_event::SampleShare;
@@ -74,6 +75,8 @@ pub(super) struct Direction {
 pub(super) struct Chain {
     /// By which photons have their share of the light that the chain finds.
     pub(super) shared: SharedLight,
+    /// As in [`GatherPath`](super::gather_point::GatherPath), of the point where it starts.
+    pub(super) scales: ScaleRow,
     /// See [`GatherPath::first_weight`](super::gather_point::GatherPath::first_weight).
     pub(super) first_weight: f32,
     /// Largest radius of density estimates at the end of the path, in m.

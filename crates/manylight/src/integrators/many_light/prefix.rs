@@ -4,6 +4,7 @@
 use super::PreparedPasses;
 use super::density_estimates::max_photon_radius;
 use super::gather_point::{DIRECTIONS, GatherPath, GatherRole, TileGather};
+use super::group_scales::ScaleRow;
 use super::paths::{EMISSION_PATHS, PathNumber, PathPart, PathState, PixelNumbers, Prefix};
 use crate::bsdf::Lobes;
 use crate::film::{FilmSampler, Layer};
@@ -108,6 +109,7 @@ pub(super) fn end<'s, S: Width>(
             stage: PathStage::BeforeX,
             max_photon_radius: max_photon_radius(tile.prepared, prefix.length),
             first_weight: 0.0,
+            scales: ScaleRow::ONE,
         };
         let path = GatherPath {
             first_weight: path.roulette_weight() * number.count as f32 / DIRECTIONS as f32,

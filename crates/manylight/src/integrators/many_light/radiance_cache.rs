@@ -24,7 +24,8 @@ use super::schedule::GroupContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, LightIndex, Strategy};
-use crate::ids::LightId;
+use crate::ids::{LightGroup, LightId};
+use crate::integrators::light_groups::RadianceByGroup;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
 };
@@ -37,8 +38,9 @@ use crate::particles::Photon;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::Vertex;
+use crate::virtual_lights::SurfaceLocation;
 use crate::virtual_lights::candidates::Candidates;
-use crate::virtual_lights::{NearestLights, SurfaceLocation};
+use crate::virtual_lights::light_groups::NearestLightsOfGroups;
 use rayon::prelude::*;
 
 /// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the
@@ -84,6 +86,7 @@ struct CachePhoton {
     /// In W.
     flux: Rgb,
     depth: u16,
+    group: LightGroup,
     /// No non-specular event lies between the emitter and here.
     from_emitter: bool,
 }
@@ -97,6 +100,7 @@ impl CachePhoton {
             wi: photon.wi,
             flux: photon.flux * represented,
             depth: photon.depth,
+            group: photon.group,
             from_emitter: photon.origin == Lobes::NONE,
         }
     }
@@ -167,19 +171,29 @@ impl OnSurface for CachePhoton {
     }
 }
 
+/// Light around a cache point: of all emitters, or of those of one light group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CachedLight {
+    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in
+    /// W/m²: the irradiance, where `a` does not depend on direction.
+    irradiance: Rgb,
+    /// The light to which a photon at this point is assigned.
+    light: Option<LightId>,
+    /// Fraction of the irradiance that arrives by photons of at most `max_depth - 3 - i` segments;
+    /// until it is complete, luminance instead of the fraction.
+    within_limits: [f32; MAX_EXTRA_SEGMENTS],
+}
+
 /// Diffusely reflected light around a photon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CachePoint {
     patch: Patch,
-    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in
-    /// W/m²: the irradiance, where `a` does not depend on direction.
-    irradiance: Rgb,
+    /// Of all light groups. With several of them it has no light.
+    all: CachedLight,
+    /// Index of the light of the first light group that has some here, and number of these groups.
+    groups: [u32; 2],
     /// Radius of the kernel, in m.
     radius: f32,
-    /// The light to which the photon at this point is assigned.
-    light: Option<LightId>,
-    /// Fraction of the irradiance that arrives by photons of at most `max_depth - 3 - i` segments.
-    within_limits: [f32; MAX_EXTRA_SEGMENTS],
 }
 
 impl Located for CachePoint {
@@ -189,13 +203,33 @@ impl Located for CachePoint {
     }
 }
 
-impl CachePoint {
-    /// The light that represents light from here.
-    pub(super) fn assignment(&self, lights: &LightIndex) -> Assignment {
+impl CachedLight {
+    /// Adds a photon that arrives with this irradiance; `allows(i)` tells whether a path is within
+    /// the limits that has `3 + i` segments more than the photon.
+    fn add(&mut self, arriving: Rgb, allows: impl Fn(u32) -> bool) {
+        self.irradiance += arriving;
+        for (i, sum) in self.within_limits.iter_mut().enumerate() {
+            if allows(i as u32) {
+                *sum += arriving.luminance();
+            }
+        }
+    }
+
+    /// The light from the sums over photons, in a kernel of which the fraction `covered` is
+    /// surface.
+    fn complete(mut self, covered: f32, light: Option<LightId>) -> Self {
+        let all = self.irradiance.luminance().max(f32::MIN_POSITIVE);
+        self.within_limits = self.within_limits.map(|sum| sum / all);
+        self.irradiance /= covered;
+        CachedLight { light, ..self }
+    }
+
+    /// The light that represents light from `point`.
+    pub(super) fn assignment(&self, point: &CachePoint, lights: &LightIndex) -> Assignment {
         match self.light {
             Some(id) => Assignment::Light(id),
             None => Assignment::Unassigned {
-                area: lights.set.unassigned_area(self.patch.p),
+                area: lights.set.unassigned_area(point.patch.p),
             },
         }
     }
@@ -209,6 +243,13 @@ impl CachePoint {
         };
         self.irradiance * f * fraction
     }
+}
+
+impl CachePoint {
+    /// Light of all groups.
+    pub(super) fn all(&self) -> &CachedLight {
+        &self.all
+    }
 
     /// Whether the kernel is small beside the distance from `y` to `x`, in m.
     pub(super) fn serves(&self, distance: f32) -> bool {
@@ -220,6 +261,8 @@ impl CachePoint {
 #[derive(Debug)]
 pub(in crate::integrators) struct RadianceCache {
     points: KdTree<CachePoint>,
+    /// Light of the groups that have some, by cache point.
+    groups: Vec<(LightGroup, CachedLight)>,
     photons: KdTree<CachePhoton>,
     /// As [`Bandwidth::share`].
     share: f32,
@@ -231,44 +274,59 @@ impl RadianceCache {
     pub(super) fn new(
         cx: &GroupContext,
         particles: CacheParticles,
-        nearest: &NearestLights,
+        nearest: &NearestLightsOfGroups,
     ) -> Self {
         (cx.run.stats).time("maps", || Self::of_particles(cx, particles, nearest))
     }
 
-    fn of_particles(cx: &GroupContext, particles: CacheParticles, nearest: &NearestLights) -> Self {
+    fn of_particles(
+        cx: &GroupContext,
+        particles: CacheParticles,
+        nearest: &NearestLightsOfGroups,
+    ) -> Self {
         let mut cache = RadianceCache {
             points: KdTree::build(Vec::new()),
+            groups: Vec::new(),
             photons: KdTree::build(Vec::new()),
             share: progressive_radius_scale(cx.group.passes.end),
             limits: cx.limits,
         };
         let CacheParticles { photons, points } = particles;
         cache.photons = KdTree::build_ordered(photons);
-        let lit = |photon: &Photon| {
-            nearest.light(cx.scene, &SurfaceLocation::of_photon(photon, cx.scene))
-        };
         let points = points.par_iter().map_init(
             || Neighbors::new(CACHE_NEIGHBORS),
-            |found, photon| cache.point_at(cx.scene, photon, lit(photon), found),
+            |found, photon| cache.point_at(cx, photon, nearest, found),
         );
-        cache.points = KdTree::build_ordered(points.collect());
+        let points: Vec<(CachePoint, Vec<(LightGroup, CachedLight)>)> = points.collect();
+        let mut all = Vec::with_capacity(points.len());
+        for (point, groups) in points {
+            let place = [cache.groups.len() as u32, groups.len() as u32];
+            cache.groups.extend(groups);
+            all.push(CachePoint {
+                groups: place,
+                ..point
+            });
+        }
+        cache.points = KdTree::build_ordered(all);
         cache
     }
 
-    /// The cache point at a photon.
+    /// The cache point at a photon, and its light by group, if groups are told apart.
     fn point_at(
         &self,
-        scene: &Scene,
+        cx: &GroupContext,
         photon: &Photon,
-        light: Option<LightId>,
+        nearest: &NearestLightsOfGroups,
         found: &mut Neighbors,
-    ) -> CachePoint {
+    ) -> (CachePoint, Vec<(LightGroup, CachedLight)>) {
+        let scene = cx.scene;
+        let location = SurfaceLocation::of_photon(photon, scene);
+        let light = |group| nearest.light(group, scene, &location);
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
         let facing = bsdf.diffuse_weight(photon.n);
         let relative = |a: f32, facing: f32| if facing > 0.0 { a / facing } else { 1.0 };
-        let mut irradiance = Rgb::BLACK;
-        let mut within_limits = [0.0; MAX_EXTRA_SEGMENTS];
+        let (mut all, limits) = (CachedLight::default(), self.limits);
+        let mut groups = vec![CachedLight::default(); cx.run.light_groups];
         let receiver = DensityReceiver {
             p: photon.p,
             n: photon.n,
@@ -278,24 +336,37 @@ impl RadianceCache {
         let radius = density_estimate(photons, receiver, bandwidth, found, |other, kernel| {
             let a = bsdf.diffuse_weight(other.wi).zip(facing, relative);
             let arriving = other.flux * a * kernel;
-            irradiance += arriving;
-            for (i, sum) in within_limits.iter_mut().enumerate() {
-                if self.limits.allow(u32::from(other.depth) + 3 + i as u32) {
-                    *sum += arriving.luminance();
-                }
+            let allows = |i: u32| limits.allow(u32::from(other.depth) + 3 + i);
+            all.add(arriving, allows);
+            if let Some(of_group) = groups.get_mut(other.group.index()) {
+                of_group.add(arriving, allows);
             }
         });
-        let all = irradiance.luminance().max(f32::MIN_POSITIVE);
         let (geometry, probes) = (&scene.geometry, COVERAGE_PROBES_INDIRECT);
         let covered = covered_fraction(geometry, receiver, radius, probes, photon.wi);
-        let location = SurfaceLocation::of_photon(photon, scene);
-        CachePoint {
+        let told_apart = !groups.is_empty();
+        let point = CachePoint {
             patch: Patch::new(photon.p, photon.n, location.material, 1.0),
-            irradiance: irradiance / covered,
+            all: all.complete(
+                covered,
+                (!told_apart).then(|| light(photon.group)).flatten(),
+            ),
+            groups: [0; 2],
             radius,
-            light,
-            within_limits: within_limits.map(|sum| sum / all),
-        }
+        };
+        let groups = groups.into_iter().enumerate();
+        let lit = groups.filter(|(_, of_group)| !of_group.irradiance.is_black());
+        let lit = lit.map(|(group, of_group)| {
+            let group = LightGroup(group as u8);
+            (group, of_group.complete(covered, light(group)))
+        });
+        (point, lit.collect())
+    }
+
+    /// Light of each group that has some at `point`.
+    pub(super) fn groups_at(&self, point: &CachePoint) -> &[(LightGroup, CachedLight)] {
+        let [first, count] = point.groups.map(|index| index as usize);
+        &self.groups[first..first + count]
     }
 
     /// The nearest cache point of the surface at `y`; `None` if none is near, or if photons do not
@@ -325,14 +396,15 @@ impl RadianceCache {
 
     /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by
     /// the photons around `y`, with the cache point of `y`. Directions account for light of
-    /// emitters up to `direction_limit`.
+    /// emitters up to `direction_limit`. `by_group` becomes the radiance of each light group.
     pub(super) fn glossy_radiance(
         &self,
         scene: &Scene,
         (y, point): (&Vertex, &CachePoint),
         direction_limit: f32,
-        found: &mut Neighbors,
+        (found, by_group): (&mut Neighbors, &mut RadianceByGroup),
     ) -> Rgb {
+        by_group.clear();
         let at = PhotonReceiver {
             x: &y.x,
             bsdf: &y.bsdf,
@@ -349,12 +421,16 @@ impl RadianceCache {
                 true => direction_fraction(direction_limit, f_cos),
                 false => 1.0,
             };
-            sum += photon.flux * f_cos * (fraction * kernel);
+            let value = photon.flux * f_cos * (fraction * kernel);
+            sum += value;
+            by_group.add(photon.group, value);
         });
-        match sum.is_black() {
-            true => sum,
-            false => sum / arriving.covered(&scene.geometry, COVERAGE_PROBES_INDIRECT),
+        if sum.is_black() {
+            return sum;
         }
+        let covered = arriving.covered(&scene.geometry, COVERAGE_PROBES_INDIRECT);
+        by_group.scale(1.0 / covered);
+        sum / covered
     }
 
     fn bandwidth(&self, largest: f32) -> Bandwidth {

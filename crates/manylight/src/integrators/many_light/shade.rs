@@ -16,6 +16,7 @@
 use super::density_estimates::{caustic_radiance, compensation_photon_radiance};
 use super::direction::{Sampling, emission_fraction, in_order_of_material};
 use super::gather_point::{GatherPath, GatherPoint, TileGather};
+use super::group_scales::{GroupScales, ScaleRow};
 use super::paths::{EMISSION_PATHS, PathPart, PathState};
 use super::trace::PHOTON_NEIGHBORS;
 use super::{ManyLight, PreparedPasses, chain, direction, prefix};
@@ -23,9 +24,10 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
 use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy};
-use crate::ids::MaterialId;
+use crate::ids::{LightGroup, MaterialId};
 use crate::integrators::camera_round::{CameraRound, SeenEmission, follow_paths};
 use crate::integrators::context::PassContext;
+use crate::integrators::light_groups::RadianceByGroup;
 use crate::integrators::partition::PathStage;
 use crate::lanes::Width;
 use crate::maps::Neighbors;
@@ -62,16 +64,22 @@ impl<'s> PreparedPasses<'s> {
     ) {
         let mut tile = TileGather::new(self, run.pass, out);
         let shadow_rays = self.follow_paths(run, positions, &mut tile);
-        let mut points = tile.points;
+        let (mut points, scales) = (tile.points, tile.scales);
         let mut counts = TileCounts {
             camera_paths: out.tile().pixels().count() as u64,
             shadow_rays,
             ..TileCounts::default()
         };
         let mut found = Neighbors::new(PHOTON_NEIGHBORS);
-        let sums = self.sums(&mut points);
-        for (point, sum) in points.iter().zip(&sums) {
-            self.add_gather_point(point, sum, &mut found, out);
+        let mut by_group = Vec::new();
+        let sums = self.sums(&mut points, &mut by_group);
+        let mut light = PointLight {
+            scales,
+            by_group: RadianceByGroup::black(self.light_groups),
+        };
+        for (i, (point, sum)) in points.iter().zip(&sums).enumerate() {
+            let of_point = &by_group[i * self.light_groups..][..self.light_groups];
+            self.add_gather_point(point, (sum, of_point), &mut light, &mut found, out);
             counts.add(point, sum);
         }
         counts.add_to(run.stats);
@@ -102,6 +110,7 @@ impl<'s> PreparedPasses<'s> {
                 prepared: self,
                 points: &mut tile.points,
                 connections: &mut tile.connections,
+                scales: &tile.scales,
                 next,
             };
             shade_packets(runs.into_iter(), &mut sampling);
@@ -110,11 +119,13 @@ impl<'s> PreparedPasses<'s> {
         shadow_rays
     }
 
-    /// Adds the sum over virtual lights and the density estimates at one point to the film.
+    /// Adds the sum over virtual lights, in all and by light group, and the density estimates at one
+    /// point to the film.
     fn add_gather_point(
         &self,
         point: &GatherPoint<'s>,
-        sum: &Gathered,
+        (sum, sums_of_groups): (&Gathered, &[Rgb]),
+        light: &mut PointLight,
         found: &mut Neighbors,
         out: &mut TileSamples,
     ) {
@@ -126,18 +137,17 @@ impl<'s> PreparedPasses<'s> {
         } = point.path;
         let pixel = pixel as usize;
         let after_x = stage.after(Lobes::NON_SPECULAR);
-        let mut add = |stage: PathStage, radiance: Rgb| {
-            out.add(pixel, stage.layer(), throughput * radiance);
-        };
-        add(after_x.after(Lobes::NON_SPECULAR), sum.radiance);
-        add(
-            after_x.after(Lobes::SPECULAR),
-            caustic_radiance(self, point, found),
-        );
-        add(
-            after_x.after_compensating_event(),
-            compensation_photon_radiance(self, point, found),
-        );
+        for (group, &radiance) in sums_of_groups.iter().enumerate() {
+            light.by_group.add(LightGroup(group as u8), radiance);
+        }
+        let path = &point.path;
+        let layer = after_x.after(Lobes::NON_SPECULAR).layer();
+        light.add(path, layer, sum.radiance, out);
+        let caustics = caustic_radiance(self, point, found, &mut light.by_group);
+        light.add(path, after_x.after(Lobes::SPECULAR).layer(), caustics, out);
+        let compensation = compensation_photon_radiance(self, point, found, &mut light.by_group);
+        let layer = after_x.after_compensating_event().layer();
+        light.add(path, layer, compensation, out);
         if stage == PathStage::BeforeX {
             // The error of a cluster that could not be refined has no bound.
             let error = sum.cluster_error.min(1.0);
@@ -149,29 +159,34 @@ impl<'s> PreparedPasses<'s> {
     }
 
     /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may
-    /// be [`PreparedPasses::tolerance`] in a pixel.
-    fn sums(&self, points: &mut [GatherPoint<'s>]) -> Vec<Gathered> {
+    /// be [`PreparedPasses::tolerance`] in a pixel. `by_group` becomes those of each light group.
+    fn sums(&self, points: &mut [GatherPoint<'s>], by_group: &mut Vec<Rgb>) -> Vec<Gathered> {
         if let Strategy::Bidirectional(limits) = self.gather.strategy {
-            return self.product_sums(points, limits);
+            return self.product_sums(points, limits, by_group);
         }
         for point in &mut *points {
             let throughput = point.path.throughput.luminance().max(f32::MIN_POSITIVE);
             point.at.tolerance = self.tolerance / throughput;
         }
-        self.gather.sum(self.scene, &self.lights, points)
+        (self.gather).sum_by_group(self.scene, &self.lights, points, by_group)
     }
 
     /// [`PreparedPasses::sums`] by one product cut for each pixel.
-    fn product_sums(&self, points: &mut [GatherPoint<'s>], limits: CutLimits) -> Vec<Gathered> {
+    fn product_sums(
+        &self,
+        points: &mut [GatherPoint<'s>],
+        limits: CutLimits,
+        by_group: &mut Vec<Rgb>,
+    ) -> Vec<Gathered> {
         points.sort_by_key(|point| point.path.pixel);
         let mut sums = Vec::with_capacity(points.len());
         for of_pixel in points.chunk_by(|a, b| a.path.pixel == b.path.pixel) {
             let weighted: Vec<(&ShadingPoint, Rgb)> = (of_pixel.iter())
                 .map(|point| (&point.at, point.path.throughput))
                 .collect();
-            let (lights, tolerance) = (&self.lights, self.tolerance);
-            let gather = &self.gather;
-            sums.extend(gather.sum_of_pixel(self.scene, lights, limits, tolerance, &weighted));
+            let (gather, lights) = (&self.gather, &self.lights);
+            let limits = (limits, self.tolerance);
+            sums.extend(gather.sum_of_pixel(self.scene, lights, limits, &weighted, by_group));
         }
         sums
     }
@@ -198,10 +213,11 @@ impl PacketShader for Arriving<'_, '_, '_, '_> {
             prepared,
             out,
             points,
+            scales,
             ..
         } = &mut **tile;
         round.see_emitters(at.v, lanes.emits, |path, seen| {
-            add_emitted(prepared, path, seen, points, out);
+            add_emitted(prepared, path, seen, (points, scales), out);
         });
         let scatters = round.describe_and_pass_through(&mut at, lanes, next, out);
         if scatters == 0 {
@@ -222,6 +238,7 @@ impl Arriving<'_, '_, '_, '_> {
             prepared,
             out,
             points,
+            scales,
             ..
         } = &mut *self.tile;
         let guide = |i: u32| {
@@ -229,7 +246,7 @@ impl Arriving<'_, '_, '_, '_> {
             points[direction.from as usize].environment.as_ref()
         };
         let add = |path: &PathState, seen, out: &mut TileSamples| {
-            add_emitted(prepared, path, seen, points, out);
+            add_emitted(prepared, path, seen, (points, scales), out);
         };
         self.round.leave(guide, add, out);
     }
@@ -240,22 +257,58 @@ fn add_emitted(
     prepared: &PreparedPasses,
     path: &PathState,
     seen: SeenEmission,
-    points: &[GatherPoint],
+    (points, scales): (&[GatherPoint], &GroupScales),
     out: &mut TileSamples,
 ) {
-    let (layer, part) = match &path.part {
-        PathPart::Prefix(_) => (Layer::Emission, Rgb::splat(1.0 / EMISSION_PATHS as f32)),
+    let stage = path.stage;
+    let (layer, part, row) = match &path.part {
+        PathPart::Prefix(_) => {
+            let part = Rgb::splat(1.0 / EMISSION_PATHS as f32);
+            (Layer::Emission, part, ScaleRow::ONE)
+        }
         PathPart::Direction(direction) => {
-            let part = emission_fraction(direction, points);
-            (path.stage.layer(), Rgb::splat(part))
+            let part = Rgb::splat(emission_fraction(direction, points));
+            let row = points[direction.from as usize].path.scales;
+            (stage.layer(), part, row)
         }
         PathPart::Chain(chain) => {
             let ray_density = prepared.ray_densities.at(seen.emitter, seen.radiance);
             let part = chain.shared.emission_fraction(ray_density);
-            (path.stage.layer(), part)
+            (stage.layer(), part, chain.scales)
         }
     };
-    out.add(path.pixel as usize, layer, seen.at_camera() * part);
+    let (to, value) = ((path.pixel, layer), seen.at_camera() * part);
+    seen.add_to(
+        prepared.scene,
+        to,
+        value,
+        |group| scales.of(row, group),
+        out,
+    );
+}
+
+/// Light at a gather point, on its way to the film.
+struct PointLight {
+    /// Of the camera paths.
+    scales: GroupScales,
+    /// The light by group, if groups are told apart.
+    by_group: RadianceByGroup,
+}
+
+impl PointLight {
+    /// Adds `radiance` at the end of a camera path to a layer, by group if groups are told apart.
+    /// Then the groups are black.
+    fn add(&mut self, path: &GatherPath, layer: Layer, radiance: Rgb, out: &mut TileSamples) {
+        let pixel = path.pixel as usize;
+        if !self.by_group.is_told_apart() {
+            return out.add(pixel, layer, path.throughput * radiance);
+        }
+        for (group, radiance) in self.by_group.lit() {
+            let scale = self.scales.of(path.scales, group);
+            out.add_light(pixel, layer, group, path.throughput * radiance * scale);
+        }
+        self.by_group.clear();
+    }
 }
 
 /// Statistics of a tile.

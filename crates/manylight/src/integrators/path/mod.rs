@@ -41,7 +41,8 @@ pub(super) fn render_pass(
     })
 }
 
-/// Sums over samples of each pixel of `positions`, one by the numbers of each of `passes`.
+/// Sums over samples of each pixel of `positions`, one by the numbers of each of `passes`. Terms
+/// count in the layers of light groups by `group_weight`.
 /// Unfinished if it is cancelled.
 pub(super) fn sums_of_samples(
     scene: (&Scene, PathLimits),
@@ -49,8 +50,10 @@ pub(super) fn sums_of_samples(
     (positions, tiling): (&FilmSampler, Tiling),
     layers: (&[Layer], &[IdLayer]),
     passes: impl Iterator<Item = Pass> + Clone + Sync,
+    group_weight: impl Fn(Layer) -> f32 + Sync,
 ) -> ShadedPixels {
     shaded_pixels(positions.size(), tiling, layers, |tile| {
+        tile.weigh_light_groups(&group_weight);
         for pass in passes.clone() {
             if run.cancelled() {
                 return;
@@ -81,12 +84,11 @@ pub(super) fn shade_tile(
 
 /// Follows all paths to their ends and returns the number of shadow rays.
 fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut TileSamples) -> u64 {
-    let mut connections = Connections::default();
+    let mut connections = Connections::of(out);
     let mut shadow_rays = 0;
     follow_paths(scene, limits, walks, |round, next| {
         let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
-            let pixel = path.first.pixel as usize;
-            out.add(pixel, path.stage.layer(), seen.at_camera());
+            path.add_emitted(scene, seen, out);
         };
         round.leave(|_| None, add, out);
         let mut shading = Shading {

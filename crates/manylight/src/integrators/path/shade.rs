@@ -35,8 +35,7 @@ impl PacketShader for Shading<'_, '_, '_> {
         let v = round.vertices(s, material, packet);
         let mut at = round.arrive(s, &v, material);
         round.see_emitters(at.v, lanes.emits, |path, seen| {
-            let pixel = path.first.pixel as usize;
-            self.out.add(pixel, path.stage.layer(), seen.at_camera());
+            path.add_emitted(round.scene, seen, self.out);
         });
         if lanes.firsts | (lanes.active & !lanes.ends) != 0 {
             self.advance(s, &mut at, lanes);

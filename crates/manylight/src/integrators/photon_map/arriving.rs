@@ -56,7 +56,7 @@ impl PacketShader for Arriving<'_, '_, '_, '_, '_> {
         let mut at = round.arrive(s, &v, material);
         let (pass, out) = (self.tile.pass, &mut *self.tile.out);
         round.see_emitters(at.v, lanes.emits, |path, seen| {
-            pass.add_emitted(path, seen.at_camera(), out);
+            pass.add_emitted(path, seen, out);
         });
         let scatters = round.describe_and_pass_through(&mut at, lanes, self.next, out);
         let scatters = lanes_where(scatters, |i| !at.paths.as_ref()[i].ends);

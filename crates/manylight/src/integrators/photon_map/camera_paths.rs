@@ -2,9 +2,8 @@
 
 use super::{Estimate, PhotonMap};
 use crate::bsdf::Lobes;
-use crate::color::Rgb;
 use crate::film::TileSamples;
-use crate::integrators::camera_round::{CameraPath, FirstPart};
+use crate::integrators::camera_round::{CameraPath, FirstPart, SeenEmission};
 use crate::integrators::connections::Connections;
 use crate::integrators::partition::PathStage;
 use crate::maps::{IncidentMap, KdTree, Neighbors};
@@ -74,11 +73,12 @@ pub(super) struct TilePaths<'p, 's, 'o, 't> {
 }
 
 impl PhotonMapPass<'_> {
-    /// Adds radiance of an emitter that a path meets, weighted by its throughput.
-    pub(super) fn add_emitted(&self, path: &PathState, radiance: Rgb, out: &mut TileSamples) {
+    /// Adds radiance of an emitter that a path meets.
+    pub(super) fn add_emitted(&self, path: &PathState, seen: SeenEmission, out: &mut TileSamples) {
         if path.meets_emitters {
-            let value = radiance / self.camera_paths as f32;
-            out.add(path.first.pixel as usize, path.stage.layer(), value);
+            let value = seen.at_camera() / self.camera_paths as f32;
+            let to = (path.first.pixel, path.stage.layer());
+            seen.add_to(self.scene, to, value, |_| 1.0, out);
         }
     }
 

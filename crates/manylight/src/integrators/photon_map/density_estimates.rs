@@ -3,6 +3,7 @@
 use super::camera_paths::{PathState, TilePaths};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::integrators::light_groups::RadianceByGroup;
 use crate::maps::density::Bandwidth;
 use crate::maps::{ArrivingPhotons, COVERAGE_PROBES, PhotonReceiver};
 use crate::math::Vec3;
@@ -41,6 +42,7 @@ impl TilePaths<'_, '_, '_, '_> {
             largest: f32::INFINITY,
             share: pass.radius_scale,
         };
+        let mut by_group = [0; 3].map(|_| RadianceByGroup::black(self.out.light_groups()));
         let here = path.stage.after(Lobes::NON_SPECULAR);
         // Of photons straight from emitters, from non-specular events, and from specular ones.
         let mut terms = [
@@ -53,7 +55,9 @@ impl TilePaths<'_, '_, '_, '_> {
                 true => 2,
                 false => usize::from(photon.event != Lobes::NONE),
             };
-            terms[term].1 += photon.flux * f_cos * kernel;
+            let value = photon.flux * f_cos * kernel;
+            terms[term].1 += value;
+            by_group[term].add(photon.group, value);
         };
         let arriving = ArrivingPhotons::around(&pass.photons, at, n, bandwidth, &mut self.found);
         // Photons that come from an emitter by specular events count for all non-specular lobes.
@@ -67,9 +71,15 @@ impl TilePaths<'_, '_, '_, '_> {
         }
         let covered = others.covered(&pass.scene.geometry, COVERAGE_PROBES);
         let scale = 1.0 / (covered * pass.camera_paths as f32);
-        for (layer, sum) in terms {
-            let value = throughput * sum * scale;
-            self.out.add(path.first.pixel as usize, layer, value);
+        let pixel = path.first.pixel as usize;
+        for ((layer, sum), by_group) in terms.into_iter().zip(&by_group) {
+            if !by_group.is_told_apart() {
+                self.out.add(pixel, layer, throughput * sum * scale);
+            }
+            for (group, sum) in by_group.lit() {
+                let value = throughput * sum * scale;
+                self.out.add_light(pixel, layer, group, value);
+            }
         }
     }
 }

@@ -26,15 +26,15 @@ impl PhotonMapPass<'_> {
         Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
         let mut tile = TilePaths {
             pass: self,
+            connections: Connections::of(out),
             out,
-            connections: Connections::default(),
             found: Neighbors::new(self.method.neighbors.max(1) as usize),
             found_incident: Neighbors::new(MAX_ENVIRONMENT_LOBES),
         };
         let mut shadow_rays = 0;
         follow_paths(scene, self.limits, walks, |round, next| {
             let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
-                self.add_emitted(path, seen.at_camera(), out);
+                self.add_emitted(path, seen, out);
             };
             round.leave(|_| None, add, tile.out);
             let mut arriving = Arriving {

@@ -2,6 +2,7 @@
 
 use super::super::super::assets::Decode;
 use super::super::super::description::{Additions, bitmap, flip_v, set_image};
+use super::super::super::names::name_light_group;
 use super::super::super::parameters::{Numbers, Parameters};
 use super::super::builder::Builder;
 use super::super::entities::{Entity, ShapeEntity};
@@ -41,6 +42,9 @@ impl Builder<'_> {
         let power = params.maybe_float("power");
         let radiance = self.radiance(entity);
         let emitter = self.desc.add(Emitter::Area { radiance });
+        let group = params.string(super::LIGHT_GROUP);
+        let group = group.map(|name| name.value.as_str());
+        name_light_group(&mut self.desc, emitter.index(), group);
         if let Some(power) = power.filter(|power| *power > 0.0) {
             let sides = if two_sided { 2.0 } else { 1.0 };
             self.after_loading(move |desc: &mut SceneDesc| {

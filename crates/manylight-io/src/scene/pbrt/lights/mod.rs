@@ -6,6 +6,7 @@ mod image_lights;
 mod power;
 
 use super::super::description::Additions;
+use super::super::names::name_light_group;
 use super::super::parameters::{Numbers, Parameters};
 use super::builder::Builder;
 use super::entities::Entity;
@@ -30,11 +31,16 @@ pub(super) const SUPPORTED: &[&str] = &[
 /// Parameters of PBRT v3 about sampling, and shadow settings, which have no effect.
 const SAMPLING_PARAMETERS: &[&str] = &["nsamples", "samples", "id"];
 
+/// Name of the light group of a light. An extension of this renderer: PBRT has no such groups.
+const LIGHT_GROUP: &str = "lightgroup";
+
 impl Builder<'_> {
     /// Adds a light that is not a surface.
     pub(super) fn light(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         params.ignore(SAMPLING_PARAMETERS);
+        let group = params.string(LIGHT_GROUP).map(|name| name.value.as_str());
+        let first = self.desc.emitters.len();
         match params.plugin.value.as_str() {
             "point" => self.point(entity),
             "spot" => self.spot(entity),
@@ -48,6 +54,7 @@ impl Builder<'_> {
                 params.ignore_all();
             }
         }
+        name_light_group(&mut self.desc, first, group);
         entity.params.finish(self.is_v3);
     }
 

@@ -1,0 +1,48 @@
+//! `manylight relight`: a picture with other factors on its light groups.
+
+use crate::args::RelightArgs;
+use crate::failure::{DONE, Failure};
+use crate::interrupt::Interrupt;
+use crate::output::{print_data, print_message};
+use crate::relight::relight;
+use crate::request::check_formats;
+use manylight_io::image::{DisplayTransform, read_layered_image, write_image};
+use manylight_io::{check_replaceable, shown_path};
+use serde_json::{Map, Value, json};
+
+/// Version of the shape of the JSON object.
+const SCHEMA: &str = "manylight.relight/1";
+
+/// Weighs the light groups of an image, and writes it to files.
+pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
+    check_formats(&args.outputs)?;
+    (args.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
+    let interrupt = Interrupt::install()?;
+    let image = read_layered_image(&args.image)?;
+    let picture = relight(&args.image, &image, &args.groups)?;
+    let display = DisplayTransform {
+        exposure_ev: args.exposure,
+        view: args.view,
+    };
+    for path in &args.outputs {
+        let _complete_file = interrupt.writing();
+        write_image(path, &picture, display)?;
+        if !args.quiet {
+            print_message(format_args!("wrote {}", shown_path(path)));
+        }
+    }
+    if args.json {
+        let factors = args.groups.iter();
+        let factors = factors.map(|group| (group.name.clone(), group.factors.to_vec().into()));
+        let outputs: Vec<String> = (args.outputs.iter())
+            .map(|path| path.display().to_string())
+            .collect();
+        print_data(json!({
+            "schema": SCHEMA,
+            "version": env!("CARGO_PKG_VERSION"),
+            "groups": factors.collect::<Map<String, Value>>(),
+            "outputs": outputs,
+        }))?;
+    }
+    Ok(interrupt.exit_code().unwrap_or(DONE))
+}
