@@ -2,7 +2,7 @@
 
 use crate::errors::{exception, file_exception, usage};
 use manylight::image::Image as Pixels;
-use manylight_cli::embed::{DEFAULT_VIEW, Picture, display_transform};
+use manylight_cli::embed::{DEFAULT_VIEW, Picture, display_transform, relit};
 use manylight_io::image::{
     DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png, interleave,
     read_layered_image, write_image,
@@ -11,12 +11,20 @@ use numpy::PyArray;
 use numpy::ndarray::{ArrayView2, ArrayView3};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Name of the layer with the picture itself.
 pub(crate) const BEAUTY: &str = "beauty";
 /// Name of the layer with the coverage of each pixel. In files, it is a channel of the picture.
 const ALPHA: &str = "alpha";
+
+/// Factors on the light of a group.
+#[derive(FromPyObject)]
+enum GroupFactors {
+    Number(f32),
+    Color([f32; 3]),
+}
 
 /// The channels of a layer, interleaved.
 struct Layer {
@@ -260,6 +268,23 @@ impl Image {
             )),
             (false, _) => array.call_method1("astype", (dtype,)),
         }
+    }
+
+    /// The picture with other factors on its light groups.
+    fn relight(&self, py: Python<'_>, groups: BTreeMap<String, GroupFactors>) -> PyResult<Image> {
+        let factors = |factors: GroupFactors| match factors {
+            GroupFactors::Color(factors) => factors,
+            GroupFactors::Number(factor) => [factor; 3],
+        };
+        let groups = groups.into_iter().map(|(name, f)| (name, factors(f)));
+        let groups: Vec<(String, [f32; 3])> = groups.collect();
+        let relit = py.detach(|| relit(&self.picture(), &groups));
+        let relit = relit.map_err(|failure| exception(py, &failure))?;
+        Ok(Image {
+            passes: self.passes,
+            interrupted: self.interrupted,
+            ..Image::from_layers(relit)
+        })
     }
 
     /// Writes the image to a file; the extension selects the format.

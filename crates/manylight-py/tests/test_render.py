@@ -56,6 +56,39 @@ def test_variance_and_layers_add_up(room, small):
     assert 0 < image.relative_error < 1
 
 
+def lamps():
+    """A floor under two point lights."""
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 3},
+        "sensor": {"type": "perspective", "to_world": ml.transforms.look_at([0, 3, 3], [0, 0, 0], [0, 1, 0])},
+        "floor": {"type": "rectangle", "to_world": ml.transforms.rotate([1, 0, 0], -90)},
+        "key": {"type": "point", "position": [1, 1, 0], "intensity": 3.0},
+        "fill": {"type": "point", "position": [-1, 1, 0], "intensity": 1.0},
+    }
+
+
+def test_light_groups_add_up_and_are_weighed_anew():
+    scene = ml.load_dict(lamps())
+    image = ml.render(scene, "path", size=(16, 12), passes=4, light_groups=True)
+    key, fill = (image.layers[f"Combined_{name}"] for name in ("key", "fill"))
+    assert key.max() > 0 and fill.max() > 0
+    assert np.allclose(key + fill, np.asarray(image), rtol=1e-5, atol=1e-7)
+    relit = image.relight({"key": 0.5, "fill": [1, 2, 0]})
+    assert np.allclose(np.asarray(relit), 0.5 * key + np.array([1, 2, 0]) * fill, rtol=1e-5, atol=1e-7)
+    assert relit.variance is not None and relit.passes == 4
+    assert "direct" not in relit.layers and "albedo" in relit.layers
+    joined = ml.render(scene, "path", size=(16, 12), passes=1, light_group={"all": "*"})
+    assert "Combined_all" in joined.layers and "Combined_key" not in joined.layers
+    for wrong in ({"rim": 1.0}, {"key": -1.0}):
+        with pytest.raises(ml.UsageError):
+            image.relight(wrong)
+    with pytest.raises(ml.UsageError, match="no light groups"):
+        ml.render(scene, "path", size=(16, 12), passes=1).relight({"key": 1.0})
+    with pytest.raises(ml.UsageError, match="no emitter"):
+        ml.render(scene, "path", size=(16, 12), passes=1, light_group={"rim": "rim*"})
+
+
 def test_passes_come_one_by_one_and_end_with_the_image(room, small):
     small["passes"] = 3
     seen = list(room.passes(**small))

@@ -7,9 +7,11 @@ mod held_scene;
 mod maps;
 mod options;
 mod parts;
+mod relight;
 mod render;
 
 pub use held_scene::HeldScene;
 pub use options::{RenderOption, pass_limit, render_options};
 pub use parts::{PartBlocks, merge, part_header};
+pub use relight::relit;
 pub use render::{DEFAULT_VIEW, Picture, Rendered, display_transform};

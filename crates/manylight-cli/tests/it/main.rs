@@ -11,6 +11,7 @@ mod describe;
 mod faults;
 #[cfg(unix)]
 mod interrupt;
+mod light_groups;
 mod links;
 mod maps;
 mod parts;

@@ -15,7 +15,7 @@ const METHODS: [&str; 5] = [
     "rich-lightcuts -n 64 --photons 2000",
 ];
 /// Two blocks and a part of a third.
-const PASSES: &str = "--passes 19 --block 8 --aov all -q";
+const PASSES: &str = "--passes 19 --block 8 --aov all --light-groups -q";
 
 /// All channels of an image, by name.
 fn channels(folder: &Folder, name: &str) -> Vec<(String, Vec<u32>)> {

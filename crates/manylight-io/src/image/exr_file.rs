@@ -90,22 +90,30 @@ fn decode(bytes: &[u8], colors: Colors) -> Result<(LayeredImage, ColorSpace), Fa
         return Err(Fault::new("the EXR file contains no image"));
     };
     let size = first.size;
+    let space = ColorSpace::of(&image.attributes, first)?;
+    let metadata = metadata_of(&first.attributes);
+    let window = window_of(&image.attributes.display_window, first);
     let mut channels = Planes::new();
-    for part in image.layer_data.iter().filter(|part| part.size == size) {
+    for part in image
+        .layer_data
+        .into_iter()
+        .filter(|part| part.size == size)
+    {
         let part_name = part.attributes.layer_name.as_ref().map(text);
-        for channel in &part.channel_data.list {
+        for channel in part.channel_data.list {
             let mut name = text(&channel.name);
             if let (true, Some(part_name)) = (channels.iter().any(|(n, _)| *n == name), &part_name)
             {
                 name = format!("{part_name}.{name}");
             }
-            channels.push((name, channel.sample_data.values_as_f32().collect()));
+            let values = match channel.sample_data {
+                FlatSamples::F32(values) => values,
+                other => other.values_as_f32().collect(),
+            };
+            channels.push((name, values));
         }
     }
-    let space = ColorSpace::of(&image.attributes, first)?;
     space.convert(&mut channels, colors);
-    let metadata = metadata_of(&first.attributes);
-    let window = window_of(&image.attributes.display_window, first);
     let image = LayeredImage {
         metadata,
         window,

@@ -1,6 +1,7 @@
 //! Names of shapes and materials, and the files of a scene.
 
 use super::{Files, document, load};
+use manylight::scene::LightGroupNames;
 use manylight_io::scene_digest;
 
 #[test]
@@ -45,4 +46,20 @@ fn a_scene_lists_its_files() {
     let changed = files.folder.path().join("part.obj");
     std::fs::write(changed, format!("{mesh}\n")).unwrap();
     assert_ne!(scene_digest(&files.scene(), &loaded.files).unwrap(), first);
+}
+
+#[test]
+fn emitters_have_the_id_of_the_emitter_or_of_the_shape() {
+    let scene = load(
+        r#"<shape type="sphere" id="bulb"><emitter type="area" id="key"/></shape>
+           <shape type="sphere" id="lamp"><emitter type="area"/></shape>
+           <shape type="sphere"><emitter type="area"/></shape>
+           <shape type="sphere" id="ball"/>
+           <emitter type="point" id="candle"/>
+           <emitter type="constant"/>"#,
+    );
+    let names = LightGroupNames::of(&scene).0.into_iter();
+    let names: Vec<String> = names.map(|(_, name)| name).collect();
+    // The fourth is the emitter of the document.
+    assert_eq!(names, ["key", "lamp", "sphere", "rest", "candle", "rest"]);
 }

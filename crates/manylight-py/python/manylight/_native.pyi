@@ -1,7 +1,7 @@
 """Types of the native module."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -53,6 +53,18 @@ class Image:
     @property
     def metadata(self) -> dict[str, str]:
         """What is known of the render: settings, times, the command that repeats it."""
+    def relight(self, groups: Mapping[str, float | Sequence[float]]) -> Image:
+        """The picture with other factors on the light of its light groups, without a render.
+
+        The picture must be one with ``light_groups=True``. Layers that depend on the light in another way are left out: the terms, and
+        the denoised image. The variance is an estimate, exact for equal factors and for one group alone.
+
+        Args:
+            groups: A factor, or three for red, green and blue, by the name of the group. Other groups stay as they are.
+
+        Raises:
+            UsageError: The picture has no light groups, or none of a name.
+        """
     def save(self, path: str | os.PathLike[str], *, exposure: float = 0.0, view: str = ...) -> None:
         """Writes the image to a file: exr (all layers, linear), png or jpg (sRGB), hdr, pfm.
 

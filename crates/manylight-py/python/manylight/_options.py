@@ -63,6 +63,8 @@ def words(options: Mapping[str, object]) -> list[str]:
 
 
 def _text(name: str, value: object) -> str:
+    if isinstance(value, Mapping):
+        return ",".join(f"{key}={_text(name, item)}" for key, item in value.items())
     if isinstance(value, (tuple, list)):
         return ",".join(_text(name, item) for item in value)
     if isinstance(value, (str, os.PathLike)):
@@ -71,4 +73,4 @@ def _text(name: str, value: object) -> str:
         value = value.item()
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return repr(value)
-    raise TypeError(f"{name}: found {type(value).__name__}, expected a number, text, or a sequence of them")
+    raise TypeError(f"{name}: found {type(value).__name__}, expected a number, text, or a sequence or dictionary of them")

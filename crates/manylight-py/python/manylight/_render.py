@@ -53,7 +53,7 @@ def render(
         progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
             limit ends the render), and seconds. An exception of it ends the render.
         **options: Any other option of ``manylight render``, with underscores, as listed below: ``max_depth=5``, ``filter="box"``,
-            ``denoise="oidn"``, ``aov=["position"]``, ``lights=4096``.
+            ``denoise="oidn"``, ``aov=["position"]``, ``lights=4096``, ``light_group={"key": "lamp*"}``.
 
     Raises:
         UsageError: An option has a wrong value, or contradicts another.

@@ -4,6 +4,7 @@ use super::*;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, SpotFalloff};
 use manylight::math::{UVec2, Vec3};
+use manylight::scene::LightGroupNames;
 use manylight::sensors::{FovAxis, Sensor, SensorKind};
 use manylight_io::{EnvironmentSource, LightUnits};
 use std::f32::consts::PI;
@@ -375,4 +376,35 @@ fn emission_textures_of_large_meshes_are_scanned_once() {
     manylight::scene::Scene::build(desc, 0).unwrap();
     // 2 · 10¹⁰ texels take minutes.
     assert!(start.elapsed().as_secs() < 30);
+}
+
+#[test]
+fn nodes_name_light_groups() {
+    let names = |changes: &[(&str, Value)]| {
+        let mut all = vec![
+            ("/materials/0/emissiveFactor", json!([1, 1, 1])),
+            ("/nodes/0/name", json!("screen")),
+            ("/nodes/1/name", json!("lamp")),
+        ];
+        all.extend_from_slice(changes);
+        let options = GltfOptions {
+            environment: Some(EnvironmentSource::White),
+            ..GltfOptions::default()
+        };
+        let mut names = LightGroupNames::of(&load_with(&changed(&all), options)).0;
+        names.dedup_by(|a, b| a.1 == b.1);
+        names.into_iter().map(|(_, name)| name).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&[]), ["screen", "lamp", "environment"]);
+    let extras = [
+        ("/nodes/0/extras", json!({ "light_group": "key" })),
+        ("/nodes/1/extras", json!({ "lightgroup": "fill" })),
+    ];
+    assert_eq!(names(&extras), ["key", "fill", "environment"]);
+    // Anything may stand in extras.
+    let others = [
+        ("/nodes/0/extras", json!([1, 2])),
+        ("/nodes/1/extras", json!({ "lightgroup": 7 })),
+    ];
+    assert_eq!(names(&others), ["screen", "lamp", "environment"]);
 }

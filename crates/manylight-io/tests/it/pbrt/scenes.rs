@@ -3,6 +3,7 @@
 
 use super::load;
 use crate::shared_scenes::{counts, scenes};
+use manylight::scene::LightGroupNames;
 
 /// File, and the numbers of primitives, triangles and emitters.
 const COUNTS: [(&str, usize, usize, usize); 11] = [
@@ -54,4 +55,22 @@ fn shapes_and_materials_have_names() {
     assert_eq!(instances, ["tree", "tree_2"]);
     let material = scene.primitives[0].material.index();
     assert_eq!(scene.material_names[material], "clay");
+}
+
+#[test]
+fn lights_name_their_group() {
+    let scene = load(
+        r#"LightSource "point" "string lightgroup" "key"
+           AttributeBegin
+               Attribute "light" "string lightgroup" "fill"
+               LightSource "spot"
+               AreaLightSource "diffuse"
+               Shape "sphere"
+           AttributeEnd
+           LightSource "distant""#,
+    );
+    let names = LightGroupNames::of(&scene).0.into_iter();
+    let names: Vec<String> = names.map(|(_, name)| name).collect();
+    // The surface, the environment of the document, then the lights.
+    assert_eq!(names, ["fill", "rest", "key", "fill", "rest"]);
 }
