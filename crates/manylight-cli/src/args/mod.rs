@@ -11,6 +11,7 @@ mod measure;
 mod parts;
 mod picture;
 mod render;
+mod short_help;
 mod written;
 
 #[cfg(test)]
@@ -47,6 +48,7 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a scene to image files.
+    #[command(mut_args = short_help::shorten, before_help = short_help::EXAMPLES, after_help = short_help::MORE, after_long_help = EXIT_CODES)]
     Render(Box<RenderArgs>),
     /// Write maps of importance and incident flux, and the positions of virtual lights, as images.
     Maps(Box<MapsArgs>),

@@ -201,7 +201,11 @@ fn actual(
 #[test]
 fn figures_of_the_docs_are_those_of_the_code() {
     let (constants, presets) = (constants(), presets());
-    let help = Folder::new("").run("render -h").code(0).stdout().to_owned();
+    let help = Folder::new("")
+        .run("render --help")
+        .code(0)
+        .stdout()
+        .to_owned();
     let marks = marks();
     let wrong: Vec<String> = marks
         .iter()
