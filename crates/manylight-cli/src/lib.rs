@@ -19,7 +19,7 @@
 //!  5 relight repeat study_interface
 //!  4 choice light_groups request picture progress usage
 //!  3 args method
-//!  2 preset
+//!  2 preset version
 //!  1 light_options output interrupt
 //!  0 failure names values
 //! ```
@@ -50,6 +50,7 @@ mod session;
 mod study_interface;
 mod usage;
 mod values;
+mod version;
 
 pub use failure::Failure;
 pub use interrupt::Interrupt;
@@ -57,6 +58,7 @@ pub use session::Session;
 
 use args::{Cli, Command};
 use clap::Parser;
+use clap::error::ErrorKind;
 use output::print_message;
 use std::ffi::OsString;
 
@@ -81,6 +83,9 @@ pub fn select_instructions() -> Result<(), Failure> {
 pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
+        Err(error) if error.kind() == ErrorKind::DisplayVersion => {
+            return exit_code(select_instructions().and_then(|()| version::print()));
+        }
         Err(error) => {
             // A closed stream does not change the exit code.
             let _ = error.print();
@@ -95,13 +100,20 @@ pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
         select_instructions()?;
         run(&cli.command)
     }) {
-        Ok(Ok(code)) => code,
-        Ok(Err(Failure::ClosedPipe)) => failure::DONE,
-        Ok(Err(failure)) => {
+        Ok(result) => exit_code(result),
+        Err(_) => failure::INTERNAL,
+    }
+}
+
+/// The exit code of a result; a failure is printed.
+fn exit_code(result: Result<u8, Failure>) -> u8 {
+    match result {
+        Ok(code) => code,
+        Err(Failure::ClosedPipe) => failure::DONE,
+        Err(failure) => {
             failure.print();
             failure.exit_code()
         }
-        Err(_) => failure::INTERNAL,
     }
 }
 

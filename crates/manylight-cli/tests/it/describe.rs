@@ -47,8 +47,8 @@ fn completions_and_version() {
         assert!(script.contains("placement"), "{shell}");
     }
     let version = folder.run("--version").code(0).stdout();
-    assert_eq!(
-        version.trim(),
-        format!("manylight {}", env!("CARGO_PKG_VERSION"))
-    );
+    let begins = format!("manylight {} (", env!("CARGO_PKG_VERSION"));
+    let ends = format!("{})", manylight::instruction_set());
+    assert!(version.starts_with(&begins), "{version}");
+    assert!(version.trim().ends_with(&ends), "{version}");
 }
