@@ -296,9 +296,20 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
     render(&folder, "path", "--resume absent.part -o b.exr")
         .code(4)
         .says(&["absent.part"]);
-    render(&folder, "path", "--shard 1/9 -o 4.part")
-        .code(2)
-        .says(&["3 blocks of 8"]);
+    for share in [1, 9] {
+        render(&folder, "path", &format!("--shard {share}/9 -o 4.part"))
+            .code(2)
+            .says(&["found 3 blocks of up to 8 passes in 19 passes"]);
+        assert!(!folder.path("4.part").exists());
+    }
+    // The quantities are those of the command, also where path tracing takes more samples instead.
+    for share in [1, 2] {
+        let options = format!("--size 8x6 --passes 1 --shard {share}/2 -o 4.part");
+        folder
+            .run(&format!("render scene.xml {options}"))
+            .code(2)
+            .says(&["found 1 block of up to 16 passes in 1 pass, expected at least 2 blocks"]);
+    }
     // The format is stated in a string of the header.
     let mut newer = fs::read(folder.path("2.part")).unwrap();
     let key = br#"\"format\":1"#;

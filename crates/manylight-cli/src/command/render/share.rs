@@ -7,28 +7,21 @@ use crate::output::print_message;
 use crate::part::write_share;
 use crate::progress::{self, ProgressGoal};
 use crate::values::Shard;
-use manylight::film::blocks::{block_count, passes_of_block};
+use manylight::film::blocks::{BLOCK_STEP, block_count, passes_of_block};
 use manylight::render::{Budget, render_blocks};
+use manylight_lab::text::plural;
 
 impl Run<'_> {
     /// Renders a share of the blocks. Nothing is written if it is interrupted.
     pub(super) fn share(&self, shard: Shard) -> Result<u8, Failure> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (request, pool, stats) = (&session.request, &session.pool, &session.stats);
+        self.check_share(shard)?;
         self.choose(None)?;
         let job = session.job();
         let passes = job.budget.passes.unwrap_or_default();
         let count = block_count(passes, job.block);
         let blocks = shard.range(count);
-        if blocks.is_empty() {
-            return Err(Failure::usage(
-                format!(
-                    "--shard {}/{}: {passes} passes are {count} blocks of {}",
-                    shard.index, shard.count, job.block
-                ),
-                "use fewer shares, or a smaller --block in all of them",
-            ));
-        }
         let surroundings = Surroundings::of_part(&blocks);
         pool.install(|| check_memory(request.memory_limit, &job, surroundings))?;
         let own_passes = blocks
@@ -47,5 +40,28 @@ impl Run<'_> {
         write_share(session, &job, &request.outputs[0], &sums, interrupt)?;
         super::finish(&session.report(&job, own_passes), display)?;
         self.exit_code()
+    }
+    /// Checks that every share of the render has a block, so that all shares answer alike.
+    fn check_share(&self, shard: Shard) -> Result<(), Failure> {
+        // What was asked for: path tracing takes more passes in larger blocks, but as many blocks.
+        let request = &self.session.request;
+        let passes = request.budget.passes.unwrap_or_default();
+        let block = request.parts.block;
+        let blocks = block_count(passes, block);
+        let Shard { index, count } = shard;
+        if blocks >= count.get() {
+            return Ok(());
+        }
+        let s = |count: u32| plural(count as usize);
+        Err(Failure::usage(
+            format!(
+                "--shard {index}/{count}: found {blocks} block{} of up to {block} passes in {passes} pass{}, expected at least {count} blocks",
+                s(blocks),
+                if passes == 1 { "" } else { "es" },
+            ),
+            format!(
+                "give more --passes, or fewer shares, or a smaller --block, a multiple of {BLOCK_STEP}; the same in all shares"
+            ),
+        ))
     }
 }
