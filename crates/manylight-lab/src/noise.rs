@@ -25,18 +25,20 @@ const BATCHES: &str = "batches";
 const BEAUTY: &str = "variance_of_mean";
 const WITHOUT_EMISSION: &str = "variance_of_mean.without_emission";
 
-/// The variances of `film` as metadata (name, value); unknown variances are `inf`.
-pub fn metadata(film: &Film) -> [(String, String); 3] {
-    let text = |values: [f64; 3]| values.map(|v| format!("{v:e}")).join(" ");
-    [
-        (BATCHES, film.batches().to_string()),
-        (BEAUTY, text(film.mean_variance())),
-        (
-            WITHOUT_EMISSION,
-            text(film.mean_variance_without_emission()),
-        ),
-    ]
-    .map(|(name, value)| (name.to_string(), value))
+/// The number of batches of `film` and its variances as metadata (name, value). Unknown variances,
+/// as those of a single batch, are left out.
+pub fn metadata(film: &Film) -> Vec<(String, String)> {
+    let mut metadata = vec![(BATCHES.to_owned(), film.batches().to_string())];
+    for (name, values) in [
+        (BEAUTY, film.mean_variance()),
+        (WITHOUT_EMISSION, film.mean_variance_without_emission()),
+    ] {
+        if values.iter().all(|v| v.is_finite()) {
+            let text = values.map(|v| format!("{v:e}")).join(" ");
+            metadata.push((name.to_owned(), text));
+        }
+    }
+    metadata
 }
 
 /// The variances in the metadata of an image; `None` if they are absent or unknown.
@@ -74,7 +76,7 @@ mod tests {
         let mut film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Emission]);
         let read_back = |film: &Film| {
             read(&LayeredImage {
-                metadata: metadata(film).to_vec(),
+                metadata: metadata(film),
                 ..LayeredImage::default()
             })
         };
@@ -88,6 +90,8 @@ mod tests {
             });
             if value < 4.0 {
                 assert_eq!(read_back(&film), None, "one batch has no spread");
+                let names: Vec<_> = metadata(&film).into_iter().map(|(name, _)| name).collect();
+                assert_eq!(names, [BATCHES], "unknown variances are left out");
             }
         }
         film.begin_batch();
