@@ -92,7 +92,8 @@ mod tests {
         let help = |name: &str| {
             let named = |argument: &&clap::Arg| argument.get_long() == Some(name);
             let found = render.get_arguments().find(named).unwrap();
-            found.get_help().unwrap().to_string()
+            let text = found.get_long_help().or(found.get_help());
+            text.unwrap().to_string()
         };
         for (option, figures) in [
             (

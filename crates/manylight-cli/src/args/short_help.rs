@@ -12,27 +12,46 @@ pub(super) const EXAMPLES: &str = "Examples:
 /// The last line of the short help.
 pub(super) const MORE: &str = "`manylight render --help` lists all options.";
 
-/// Names of the options in the short help.
-const SHOWN: &[&str] = &[
-    "scene",
-    "outputs",
-    "method",
-    "threads",
-    "exposure",
-    "view",
-    "denoise",
-    "lights",
-    "passes",
-    "time",
-    "target_error",
-    "size",
-    "preview",
+/// The arguments in the short help, by their names, and what it says of them; without a text, what
+/// the long one says.
+const SHOWN: &[(&str, Option<&str>)] = &[
+    ("scene", None),
+    (
+        "outputs",
+        Some("Image file: exr (linear, all layers), png, jpg, hdr, pfm. May be repeated"),
+    ),
+    (
+        "method",
+        Some("Rendering method; `manylight list methods` describes them"),
+    ),
+    ("threads", None),
+    ("exposure", None),
+    ("view", Some("Tone curve of png and jpg files")),
+    ("denoise", Some("Denoise the image at the end")),
+    (
+        "passes",
+        Some("Samples per pixel. Default: 16, or no limit with --time or --target-error"),
+    ),
+    ("time", Some("Stop after this time, such as 60s, 10m, 1h")),
+    ("target_error", None),
+    ("size", Some("Image size in pixels")),
+    (
+        "preview",
+        Some("Show the picture while it grows: tev, tev:HOST:PORT, browser, browser:PORT"),
+    ),
 ];
 
-/// Hides the other options from the short help.
+/// Shortens the help of an argument, or hides it from the short help.
 pub(super) fn shorten(argument: Arg) -> Arg {
-    let is_shown = SHOWN.contains(&argument.get_id().as_str());
-    argument.hide_short_help(!is_shown)
+    let is_same = |shown: &&(&str, _)| argument.get_id() == shown.0;
+    match SHOWN.iter().find(is_same) {
+        None => argument.hide_short_help(true),
+        Some((_, None)) => argument,
+        Some((_, Some(short))) => match argument.get_help().cloned() {
+            Some(long) => argument.help(*short).long_help(long),
+            None => argument.help(*short),
+        },
+    }
 }
 
 #[cfg(test)]
@@ -62,7 +81,7 @@ mod tests {
     fn the_long_help_has_all_options() {
         let command = render();
         let text = command.clone().render_long_help().to_string();
-        for name in SHOWN {
+        for (name, _) in SHOWN {
             let is_known = command.get_arguments().any(|a| a.get_id() == *name);
             assert!(is_known, "there is no {name}");
         }
