@@ -112,3 +112,66 @@ fn parts<'a>(
         (photons.clone(), candidates.part(photons), own)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::select::select;
+    use super::super::testing::{OPEN, photons_on_square};
+    use super::*;
+    use crate::particles::Photon;
+    use crate::scene::PathLimits;
+
+    /// Photons of three groups; the last has one faint photon, which makes no site.
+    fn candidates() -> Candidates {
+        let mut photons = photons_on_square(6000, 3);
+        for (j, photon) in photons.iter_mut().enumerate() {
+            photon.group = LightGroup(u8::from(j % 3 == 0));
+        }
+        photons[17].group = LightGroup(2);
+        photons[17].flux *= 1e-6;
+        Candidates::by_flux(PathLimits::default(), photons)
+    }
+
+    /// Flux of the photons of a group, in W.
+    fn flux<'p>(photons: impl Iterator<Item = (&'p Photon, f32)>, group: usize) -> f64 {
+        let own = photons.filter(|(photon, _)| photon.group.index() == group);
+        own.map(|(photon, weight)| f64::from(photon.flux.g * weight))
+            .sum()
+    }
+
+    #[test]
+    fn lights_represent_photons_of_one_group_and_all_of_them() {
+        let candidates = candidates();
+        let photons = &candidates.photons;
+        let weights = candidates.with_lights_for_all_groups(candidates.weights.clone());
+        assert!(photons.is_sorted_by_key(|photon| photon.group));
+        let sites = select(photons, &weights, 200, 0.3);
+        let (clusters, nearest) = assign_groups(&OPEN, &candidates, &sites, (0.6, 3));
+        for k in 0..clusters.len() {
+            let group = photons[clusters.sites()[k].photon as usize].group;
+            let of_light = clusters.of(k).map(|(j, _)| photons[j as usize].group);
+            assert!(
+                of_light.into_iter().all(|other| other == group),
+                "light {k}"
+            );
+        }
+        for group in 0..3 {
+            let of_lights = (0..clusters.len()).flat_map(|k| {
+                clusters
+                    .of(k)
+                    .map(|(j, weight)| (&photons[j as usize], weight))
+            });
+            let found = flux(of_lights, group);
+            let expected = flux(photons.iter().map(|photon| (photon, 1.0)), group);
+            let error = (found / expected - 1.0).abs();
+            assert!(error < 0.02, "group {group}: {found} and {expected}");
+        }
+        let photon = &photons[100];
+        let location = SurfaceLocation::of_photon(photon, &OPEN);
+        for group in 0..2 {
+            let light = nearest.light(LightGroup(group), &OPEN, &location).unwrap();
+            let site = clusters.sites()[light.index()];
+            assert_eq!(photons[site.photon as usize].group, LightGroup(group));
+        }
+    }
+}
