@@ -16,7 +16,9 @@ use std::ops::Range;
 /// 16 passes.
 const INCLUDED_BY_FLUX: f32 = 0.25;
 /// Part of the lights that is divided evenly among light groups, whatever the importance of their
-/// light.
+/// light. At 0.03 and 0.3 (128 lights at 96x54, 10 seeds; Kitchen, Glossy Room, Disco): variance of
+/// the groups in the geometric mean 1.04, .93, 1.04 and .98, .92, .99 times as large, of the beauty
+/// 1.01, .95, 1.00 and .96, .94, 1.03.
 const EVENLY: f32 = 0.125;
 /// Consecutive photons that share importance estimates. Fixed, so that results do not depend on the
 /// number of threads.
