@@ -23,7 +23,7 @@ macro_rules! ids {
     )*};
 }
 
-/// Index of a light group: emitters whose light has a layer of its own.
+/// Index of a light group: a set of emitters with one layer of the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(transparent)]
 pub struct LightGroup(pub u8);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// Folders without pages and sources of the project.
 const LEFT_OUT: [&str; 5] = ["target", "corpus", "node_modules", "__pycache__", "book"];
-/// Extensions of sources whose comments and messages name pages.
+/// Extensions of source files. Their comments and messages may name pages.
 const SOURCES: [&str; 8] = ["rs", "py", "sh", "yaml", "yml", "toml", "md", "json"];
 
 fn root() -> PathBuf {

@@ -67,8 +67,8 @@ const BANDWIDTH_QUANTILE: f32 = 0.9;
 /// Seed of the pre-pass: no random number of a render decides how it emits.
 const SEED: u64 = 0x7068_6f74_6f6e_7321;
 
-/// Fraction of the direct light of an emitter below which photons miss it. In eleven scenes whose
-/// emitters are found, the pre-pass says .54 to 1.15.
+/// Photons miss an emitter if they carry less than this fraction of its direct light. The fraction
+/// is .54 to 1.15 in eleven scenes where photons find every emitter.
 const MISSED: f64 = 0.1;
 /// Fraction of all direct light from which on the light of an emitter is missed. Below it, the
 /// fraction of an emitter that is found is as low as .54 by the noise of the pre-pass (Garage, .08).

@@ -1,4 +1,4 @@
-//! Light groups: sets of emitters whose light has a layer of its own.
+//! Light groups: the film has one layer for the light of all emitters of a group.
 //!
 //! The light of surfaces is told apart by primitive: primitives of several groups may share an
 //! emitter, as surfaces of one material do in some files.

@@ -1,5 +1,5 @@
 //! Specular events: of prefixes, and of chains, which continue sampled directions from specular
-//! surfaces before a glossy lobe.
+//! surfaces.
 //!
 //! Lights are gathered at the surface behind a chain. Caustic photons carry the same light;
 //! `density_estimates.rs` says which part of it they account for: of the light of surfaces, and of
@@ -10,10 +10,9 @@ use super::density_estimates::shared_light;
 use super::gather_point::{GatherPath, GatherRole, TileGather};
 use super::paths::{Chain, Direction, PathNumber, PathPart, PathState, Prefix, SPLIT};
 use crate::bsdf::{Lobes, Numbers};
-use crate::color::Rgb;
 use crate::integrators::camera_round::Arrived;
 use crate::integrators::partition::PathStage;
-use crate::lanes::{Color, Float, Pair, Width, lane};
+use crate::lanes::{Float, Pair, Width, lane};
 use crate::math::{Vec2, Vec3};
 use crate::simd::set_bits;
 use crate::transport::stream::{Bits, Walks, lanes_where};
@@ -35,7 +34,7 @@ struct Branches {
     /// Number of events, each of which continues a path.
     count: u32,
     /// Factor on the throughput.
-    scale: Rgb,
+    scale: f32,
     /// Factor from the roulette weight to the probability of survival, and its maximum.
     survival_factor: f32,
     max_survival: f32,
@@ -44,7 +43,7 @@ struct Branches {
 impl Branches {
     const NONE: Branches = Branches {
         count: 0,
-        scale: Rgb::BLACK,
+        scale: 0.0,
         survival_factor: 0.0,
         max_survival: 0.0,
     };
@@ -72,7 +71,7 @@ pub(super) fn follow<S: Width>(
     });
     let branch = |i: usize| &all.as_ref()[i];
     let w = |i: usize| -Vec3::from(lane(&w_prev, i));
-    let scaled = at.throughput * Color::from_fn(s, |i| branch(i).scale);
+    let scaled = at.throughput * Float::from_fn(s, |i| branch(i).scale);
     let survival_factor = Float::from_fn(s, |i| branch(i).survival_factor);
     let max_survival = Float::from_fn(s, |i| branch(i).max_survival);
     let most = all.as_ref().iter().fold(0, |most, b| b.count.max(most));
@@ -149,7 +148,7 @@ fn branches(tile: &TileGather, path: &PathState) -> Branches {
             };
             Branches {
                 count,
-                scale: Rgb::splat(1.0 / count as f32),
+                scale: 1.0 / count as f32,
                 survival_factor: SURVIVAL_FACTOR,
                 max_survival: 1.0,
             }
@@ -157,7 +156,7 @@ fn branches(tile: &TileGather, path: &PathState) -> Branches {
         PathPart::Direction(direction) => first_of_chain(tile, path.stage, direction),
         PathPart::Chain(chain) => Branches {
             count: 1,
-            scale: Rgb::WHITE,
+            scale: 1.0,
             survival_factor: 1.0 / chain.first_weight,
             max_survival: MAX_SURVIVAL,
         },
@@ -173,7 +172,7 @@ fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction) ->
     };
     Branches {
         count: 1,
-        scale: Rgb::WHITE,
+        scale: 1.0,
         survival_factor: survival_factor / point.path.first_weight,
         max_survival,
     }

@@ -20,7 +20,7 @@ const PHOTONS_PER_RESPONSE: f32 = 0.5;
 const PHOTON_WEIGHT: f32 = 0.1;
 
 /// Densities of directions at a gather point, and of photons in its kernel, by which both share the
-/// light that arrives at a glossy lobe from a direction by specular events.
+/// light that arrives at a class of lobes from a direction by specular events.
 ///
 /// Photons arrive in proportion to `cosθ` and directions to `f cosθ`, so that both densities are
 /// relative to `cosθ`.

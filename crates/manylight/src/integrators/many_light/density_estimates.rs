@@ -1,9 +1,8 @@
 //! Density estimates over photons at gather points: caustics, and compensation photons.
 //!
-//! Caustic photons and chains of directions share what glossy lobes see by specular events. On a
-//! lobe of low roughness single photons show, while directions find small mirrors and small
-//! emitters rarely. Both account for a part of each path, by the balance heuristic:
-//! docs/path_partition.md.
+//! Caustic photons and chains of directions share the light that arrives by specular events. Single
+//! photons show as discs, while directions rarely find small mirrors and small emitters. Both
+//! account for a part of each path, by the balance heuristic: docs/path_partition.md.
 //!
 //! A kernel blurs what a glossy lobe reflects by the angle under which its radius is seen from the
 //! surface behind the chain. So kernels of glossy lobes are a few pixels wide.
@@ -151,8 +150,15 @@ fn caustic_radiance_of(
     let bandwidth = caustic_bandwidth(prepared, &point.path, lobes);
     let photons = (&prepared.caustics, bandwidth);
     estimate(prepared, photons, point, found, |arriving, by_group| {
-        let all = arriving.f_cos(Lobes::NON_SPECULAR);
         let reflected = arriving.f_cos(lobes);
+        // Directions are drawn from all non-specular lobes.
+        let all = match CLASSES
+            .iter()
+            .all(|&class| point.at.bsdf.lobes().has(class))
+        {
+            true => arriving.f_cos(Lobes::NON_SPECULAR),
+            false => reflected.clone(),
+        };
         let of_surfaces = arriving.iter().filter(|(photon, _)| is_of_surface(photon));
         let near = of_surfaces.count() as u32;
         let mut sum = Rgb::BLACK;

@@ -1,6 +1,6 @@
 //! Sampled directions: camera paths that leave a gather point along a direction drawn from its
 //! non-specular lobes. They look for emitters, for light that clamping removes from the sum over
-//! virtual lights, and for specular surfaces before glossy lobes.
+//! virtual lights, and for specular surfaces.
 //!
 //! Directions and samples of emitters are drawn at the new gather points of a round, in packets of
 //! one material. The directions are paths of the next round.

@@ -6,7 +6,7 @@
 //! estimates over photons. A direction that meets a surface continues in two ways:
 //!
 //! * by bias compensation of the sum over virtual lights (`compensation.rs`);
-//! * by specular events, if a glossy lobe meets a specular surface (`chain.rs`).
+//! * by specular events, if the surface has specular lobes (`chain.rs`).
 //!
 //! Both end at another gather point, on a sparse subset of the lights.
 
@@ -113,7 +113,7 @@ pub(super) enum GatherRole {
         /// See [`direction_limit`](super::compensation_photons::direction_limit).
         direction_limit: f32,
     },
-    /// A glossy lobe sees it by specular events.
+    /// A direction from another gather point reaches it by specular events.
     BehindSpecularChain,
 }
 

@@ -6,7 +6,7 @@
 //! | what each path is followed for | `paths.rs` |
 //! | paths from the camera through specular events, up to gather points | `prefix.rs` |
 //! | emitters and directions sampled at new gather points; the directions are paths of the next round | `direction.rs` |
-//! | specular events, and chains of them that glossy lobes see | `chain.rs` |
+//! | specular events, and chains of them that continue directions | `chain.rs` |
 //! | light that clamping removes, where directions arrive | `compensation.rs`, `radiance_cache.rs` |
 //! | a non-specular vertex becomes a gather point | `gather_point.rs` |
 //!
