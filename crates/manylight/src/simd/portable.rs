@@ -74,7 +74,7 @@ macro_rules! on_numbers {
 macro_rules! on_arrays {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
         #[cfg_attr(debug_assertions, inline(never))]
-        #[cfg_attr(not(debug_assertions), inline(always))]
+        #[cfg_attr(not(debug_assertions), inline)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
             map(|i| {
                 $(let $arg = $arg[i];)*
@@ -181,24 +181,24 @@ impl<const N: usize> Width for Portable<N> {
         [x; N]
     }
     #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline)]
     fn bits(self, m: [bool; N]) -> u32 {
         m.iter()
             .rev()
             .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
     }
     #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline)]
     fn mask(self, bits: u32) -> [bool; N] {
         map(|i| bits >> i & 1 != 0)
     }
     #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline)]
     fn shift_left(self, a: [u32; N], bits: u32) -> [u32; N] {
         map(|i| a[i] << bits)
     }
     #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline)]
     fn shift_right(self, a: [u32; N], bits: u32) -> [u32; N] {
         map(|i| a[i] >> bits)
     }
