@@ -156,11 +156,14 @@ pub(super) fn start_paths<T: Copy>(
     samples: &TileSamples,
     payload: impl Fn(FirstPart, SobolSequences) -> T,
 ) -> Walks<T> {
+    let pixels = || samples.tile().pixels();
+    let number = |pixel: UVec2| positions.index(pixel);
+    let sequences = |pixel| run.pass.sobol_sequences(Stream::Pixel, number(pixel));
+    let sequences: Vec<_> = pixels().map(sequences).collect();
+    let points = SobolSequences::each_point(&sequences, CAMERA_SEQUENCE);
     let mut walks = Walks::with_capacity(samples.tile().count());
-    for (index, pixel) in samples.tile().pixels().enumerate() {
-        let number = positions.index(pixel);
-        let sequences = run.pass.sobol_sequences(Stream::Pixel, number);
-        let [x, y, x_lens, y_lens] = sequences.point(CAMERA_SEQUENCE);
+    for (index, pixel) in pixels().enumerate() {
+        let [x, y, x_lens, y_lens] = points[index];
         let (u, u_lens) = (Vec2::new(x, y), Vec2::new(x_lens, y_lens));
         let start = CameraStart::new(scene, positions, (pixel, u), u_lens);
         let first = FirstPart {
@@ -172,8 +175,8 @@ pub(super) fn start_paths<T: Copy>(
             },
             surface_share: 1.0,
         };
-        let sampler = run.pass.sampler(Stream::Pixel, number);
-        walks.push(start.walk(1, sampler, payload(first, sequences)));
+        let sampler = run.pass.sampler(Stream::Pixel, number(pixel));
+        walks.push(start.walk(1, sampler, payload(first, sequences[index])));
     }
     walks
 }

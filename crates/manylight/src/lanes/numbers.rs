@@ -418,6 +418,15 @@ impl<S: Width> Word<S> {
         }
     }
 
+    /// The words with their bits in reverse order.
+    #[inline(always)]
+    pub fn reverse_bits(self) -> Self {
+        Word {
+            u: self.s.reverse_bits(self.u),
+            s: self.s,
+        }
+    }
+
     #[inline(always)]
     pub fn equals(self, x: u32) -> Mask<S> {
         Mask {

@@ -2,7 +2,9 @@
 
 use super::rng::{Pcg, mix};
 use super::sobol;
+use crate::lanes::{Float, LaneKernel, Width, Word};
 use crate::math::Vec2;
+use crate::simd::Isa;
 
 /// Purpose of random numbers. Each purpose has a separate stream, so that a new purpose does not
 /// change the others.
@@ -84,11 +86,46 @@ pub(crate) struct SobolSequences {
 }
 
 impl SobolSequences {
-    /// The point of this pass in sequence `sequence`.
+    /// The points of this pass in sequence `sequence` of each lane: four numbers per lane.
     #[inline(always)]
-    pub(crate) fn point(self, sequence: u32) -> [f32; 4] {
+    pub(crate) fn points<S: Width>(
+        s: S,
+        sequences: &S::Each<SobolSequences>,
+        sequence: u32,
+    ) -> [Float<S>; 4] {
+        let key = Word::load(s, &s.each(|i| sequences.as_ref()[i].key));
+        let index = Word::load(s, &s.each(|i| sequences.as_ref()[i].index));
         // An odd multiple of the golden ratio: the keys of an item differ in many bits.
-        sobol::point(self.key ^ sequence.wrapping_mul(0x9e37_79b9), self.index)
+        sobol::points(key ^ sequence.wrapping_mul(0x9e37_79b9), index)
+    }
+
+    /// The points of this pass in sequence `sequence` of each of `all`.
+    pub(crate) fn each_point(all: &[SobolSequences], sequence: u32) -> Vec<[f32; 4]> {
+        Isa::best().run_lanes(EachPoint { all, sequence })
+    }
+}
+
+/// See [`SobolSequences::each_point`].
+struct EachPoint<'a> {
+    all: &'a [SobolSequences],
+    sequence: u32,
+}
+
+impl LaneKernel for EachPoint<'_> {
+    type Output = Vec<[f32; 4]>;
+
+    #[inline(always)]
+    fn run<S: Width>(self, s: S) -> Vec<[f32; 4]> {
+        let mut points = Vec::with_capacity(self.all.len());
+        for chunk in self.all.chunks(S::LANES) {
+            let sequences = s.each(|i| chunk[i.min(chunk.len() - 1)]);
+            let [x, y, z, w] = SobolSequences::points(s, &sequences, self.sequence);
+            let (x, y, z, w) = (x.store(), y.store(), z.store(), w.store());
+            for i in 0..chunk.len() {
+                points.push([x.as_ref()[i], y.as_ref()[i], z.as_ref()[i], w.as_ref()[i]]);
+            }
+        }
+        points
     }
 }
 

@@ -1,11 +1,12 @@
-//! Owen-scrambled Sobol' points of four dimensions, by index: no state, and no branch, so that
-//! loops over lanes become vector instructions.
+//! Owen-scrambled Sobol' points of four dimensions, by index: no state, and no branch.
 //!
 //! Sources: Burley, "Practical Hash-based Owen Scrambling", JCGT 2020, for the construction: the
 //! index is shuffled and each coordinate is scrambled, both as nested uniform permutations.
 //! Vegdahl, "Building a Better LK Hash", 2021, for the constants of the permutation. Joe and Kuo,
 //! "Constructing Sobol Sequences with Better Two-Dimensional Projections", SIAM J. Sci. Comput.
 //! 2008, for the polynomials and first direction numbers.
+
+use crate::lanes::{Float, Width, Word};
 
 /// Points of one sequence. Fewer bits than a word save half of the work of the coordinates.
 pub(super) const SEQUENCE_BITS: u32 = 16;
@@ -53,55 +54,98 @@ const fn directions() -> [[u32; SEQUENCE_BITS as usize]; 4] {
     all
 }
 
-/// Mixes a word: every input bit affects every output bit.
+/// Coordinates 2 and 3 of [`DIRECTIONS`], side by side: an index of 16 bits leads to coordinates of
+/// 16 digits.
+const TWO_DIRECTIONS: [u32; SEQUENCE_BITS as usize] = two_directions();
+
+const fn two_directions() -> [u32; SEQUENCE_BITS as usize] {
+    let mut both = DIRECTIONS[2];
+    let mut i = 0;
+    while i < both.len() {
+        both[i] |= DIRECTIONS[3][i] << SEQUENCE_BITS;
+        i += 1;
+    }
+    both
+}
+
+/// Mixes words: every input bit affects every output bit.
 ///
 /// Source: Wellons, "Prospecting for Hash Functions", 2018 (`lowbias32`).
 #[inline(always)]
-fn mix(mut x: u32) -> u32 {
-    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+fn mix<S: Width>(x: Word<S>) -> Word<S> {
+    let x = (x ^ (x >> 16)) * 0x7feb_352d;
+    let x = (x ^ (x >> 15)) * 0x846c_a68b;
     x ^ (x >> 16)
 }
 
 /// A nested uniform permutation, chosen by `seed`, of words with reversed bits: each bit is flipped
 /// by a function of those below it.
 #[inline(always)]
-fn permute(mut x: u32, seed: u32) -> u32 {
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^ x.wrapping_mul(0x53a2_2864)
+fn permute<S: Width>(x: Word<S>, seed: Word<S>) -> Word<S> {
+    let x = x ^ (x * 0x3d20_adea);
+    let x = x + seed;
+    // With its lowest bit set.
+    let odd = ((seed >> 16) & !1) + 1;
+    let x = x * odd;
+    let x = x ^ (x * 0x0552_6c56);
+    x ^ (x * 0x53a2_2864)
 }
 
-/// A sequence of points in [0, 1)⁴, shuffled and scrambled apart from those with other keys.
+/// The digits of coordinate 1 by those of the index: the rows of Pascal's triangle modulo 2, which
+/// is a sum over supersets by Lucas's theorem.
+#[inline(always)]
+fn pascal<S: Width>(x: Word<S>) -> Word<S> {
+    let x = x ^ ((x >> 1) & 0x5555);
+    let x = x ^ ((x >> 2) & 0x3333);
+    let x = x ^ ((x >> 4) & 0x0f0f);
+    x ^ ((x >> 8) & 0x00ff)
+}
+
+/// Points of sequences in [0, 1)⁴, shuffled and scrambled apart from those with other keys: point
+/// `index` of sequence `key`, below 2¹⁶.
 ///
 /// Each aligned run of 2ᵏ indices gives one point to each of 2ᵏ equal intervals of every
 /// coordinate, and to each elementary interval of the first two.
 #[inline(always)]
-pub(super) fn point(key: u32, index: u32) -> [f32; 4] {
+pub(super) fn points<S: Width>(key: Word<S>, index: Word<S>) -> [Float<S>; 4] {
     let seed = mix(key);
-    let shuffled = permute(index.reverse_bits(), seed).reverse_bits();
-    let mut point = [0.0; 4];
-    let mut d = 0;
-    while d < 4 {
-        let mut x = 0;
-        let mut bit = 0;
-        while bit < SEQUENCE_BITS {
-            x ^= DIRECTIONS[d][bit as usize] & (shuffled >> bit & 1).wrapping_neg();
-            bit += 1;
-        }
-        let scrambled = permute(x, mix(seed ^ (0x1000_0001 * (d as u32 + 1)))).reverse_bits();
-        // As a signed number, which vector instructions convert.
-        point[d] = (scrambled >> 8) as i32 as f32 * (1.0 / 16_777_216.0);
-        d += 1;
+    let shuffled = permute(index.reverse_bits(), seed).reverse_bits() & 0xffff;
+    let mut both = Word::splat(key.width(), 0);
+    let mut bit = 0;
+    while bit < SEQUENCE_BITS {
+        let digit = (shuffled >> bit) & 1;
+        // All bits set where the digit is 1.
+        let all = Word::splat(key.width(), 0) - digit;
+        both = both ^ (all & TWO_DIRECTIONS[bit as usize]);
+        bit += 1;
     }
-    point
+    [
+        scrambled(shuffled, seed, 1),
+        scrambled(pascal(shuffled), seed, 2),
+        scrambled(both & 0xffff, seed, 3),
+        scrambled(both >> SEQUENCE_BITS, seed, 4),
+    ]
+}
+
+/// A coordinate with the digits `x`, scrambled by the `d`-th permutation of a sequence.
+#[inline(always)]
+fn scrambled<S: Width>(x: Word<S>, seed: Word<S>, d: u32) -> Float<S> {
+    let digits = permute(x, mix(seed ^ (0x1000_0001 * d))).reverse_bits();
+    // 24 bits, in two parts that are small enough for `integer`.
+    let high = (digits >> 10).integer();
+    let low = ((digits >> 8) & 3).integer();
+    (high * 4.0 + low) * (1.0 / 16_777_216.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::One;
+
+    fn point(key: u32, index: u32) -> [f32; 4] {
+        let word = |x| Word::load(One, &[x]);
+        points(word(key), word(index)).map(|x| x.store()[0])
+    }
 
     fn cell(x: f32, cells: u32) -> usize {
         (x * cells as f32) as usize

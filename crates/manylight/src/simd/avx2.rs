@@ -75,11 +75,25 @@ fn pack(_: Avx2, bits: u32, words: __m256i) -> __m256i {
     }
 }
 
+/// By the value of four bits: these bits in reverse order, for the upper half of a byte.
+pub(super) static REVERSED_LOW_NIBBLES: [u8; 16] = [
+    0x00, 0x80, 0x40, 0xc0, 0x20, 0xa0, 0x60, 0xe0, 0x10, 0x90, 0x50, 0xd0, 0x30, 0xb0, 0x70, 0xf0,
+];
+
+/// By the value of four bits: these bits in reverse order, for the lower half of a byte.
+pub(super) static REVERSED_HIGH_NIBBLES: [u8; 16] = [
+    0x00, 0x08, 0x04, 0x0c, 0x02, 0x0a, 0x06, 0x0e, 0x01, 0x09, 0x05, 0x0d, 0x03, 0x0b, 0x07, 0x0f,
+];
+
+/// The places of the bytes of four words in reverse order, word by word.
+pub(super) static REVERSED_BYTES: [u8; 16] = [3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12];
+
 macro_rules! intrinsics {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
         #[inline(always)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-            // SAFETY: `self` proves AVX2 and FMA, and register arithmetic has no other condition.
+            // SAFETY: `self` proves AVX2 and FMA. Register arithmetic has no other condition, and the
+            // tables have the length of the vectors that are loaded from them.
             unsafe { $body }
         }
     )*};
@@ -124,6 +138,17 @@ impl Width for Avx2 {
         mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
         xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        reverse_bits(a: U) -> U = {
+            let table = |bytes: &[u8; 16]| {
+                _mm256_broadcastsi128_si256(_mm_loadu_si128(bytes.as_ptr().cast()))
+            };
+            let nibble = _mm256_set1_epi8(0x0f);
+            let low = _mm256_and_si256(a, nibble);
+            let high = _mm256_and_si256(_mm256_srli_epi32::<4>(a), nibble);
+            let low = _mm256_shuffle_epi8(table(&REVERSED_LOW_NIBBLES), low);
+            let high = _mm256_shuffle_epi8(table(&REVERSED_HIGH_NIBBLES), high);
+            _mm256_shuffle_epi8(_mm256_or_si256(low, high), table(&REVERSED_BYTES))
+        };
         equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
         select_words(m: M, a: U, b: U) -> U = _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
     }
@@ -326,6 +351,7 @@ impl Width for Avx2Wide {
         mul_words(a: U, b: U) -> U;
         and_words(a: U, b: U) -> U;
         xor_words(a: U, b: U) -> U;
+        reverse_bits(a: U) -> U;
         equal_words(a: U, b: U) -> M;
         select_words(m: M, a: U, b: U) -> U;
     }

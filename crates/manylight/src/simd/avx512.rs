@@ -4,6 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
+use super::avx2::{REVERSED_BYTES, REVERSED_HIGH_NIBBLES, REVERSED_LOW_NIBBLES};
 use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
@@ -56,7 +57,8 @@ macro_rules! intrinsics {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
         #[inline(always)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-            // SAFETY: `self` proves AVX-512, and register arithmetic has no other condition.
+            // SAFETY: `self` proves AVX-512. Register arithmetic has no other condition, and the
+            // tables have the length of the vectors that are loaded from them.
             unsafe { $body }
         }
     )*};
@@ -219,6 +221,17 @@ width! {
         mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
         xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        reverse_bits(a: U) -> U = {
+            let table = |bytes: &[u8; 16]| {
+                _mm256_broadcastsi128_si256(_mm_loadu_si128(bytes.as_ptr().cast()))
+            };
+            let nibble = _mm256_set1_epi8(0x0f);
+            let low = _mm256_and_si256(a, nibble);
+            let high = _mm256_and_si256(_mm256_srli_epi32::<4>(a), nibble);
+            let low = _mm256_shuffle_epi8(table(&REVERSED_LOW_NIBBLES), low);
+            let high = _mm256_shuffle_epi8(table(&REVERSED_HIGH_NIBBLES), high);
+            _mm256_shuffle_epi8(_mm256_or_si256(low, high), table(&REVERSED_BYTES))
+        };
         equal_words(a: U, b: U) -> M = _mm256_cmpeq_epi32_mask(a, b);
         select_words(m: M, a: U, b: U) -> U = _mm256_mask_blend_epi32(m, b, a);
     }
@@ -255,6 +268,17 @@ width! {
         mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
         xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
+        reverse_bits(a: U) -> U = {
+            let table = |bytes: &[u8; 16]| {
+                _mm512_broadcast_i32x4(_mm_loadu_si128(bytes.as_ptr().cast()))
+            };
+            let nibble = _mm512_set1_epi8(0x0f);
+            let low = _mm512_and_si512(a, nibble);
+            let high = _mm512_and_si512(_mm512_srli_epi32::<4>(a), nibble);
+            let low = _mm512_shuffle_epi8(table(&REVERSED_LOW_NIBBLES), low);
+            let high = _mm512_shuffle_epi8(table(&REVERSED_HIGH_NIBBLES), high);
+            _mm512_shuffle_epi8(_mm512_or_si512(low, high), table(&REVERSED_BYTES))
+        };
         equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
         select_words(m: M, a: U, b: U) -> U = _mm512_mask_blend_epi32(m, b, a);
     }

@@ -51,6 +51,7 @@ macro_rules! operations {
             mul_words(a: U, b: U) -> U = a.wrapping_mul(b);
             and_words(a: U, b: U) -> U = a & b;
             xor_words(a: U, b: U) -> U = a ^ b;
+            reverse_bits(a: U) -> U = a.reverse_bits();
             equal_words(a: U, b: U) -> M = a == b;
             select_words(m: M, a: U, b: U) -> U = if m { a } else { b };
         }

@@ -91,6 +91,7 @@ impl<const N: usize> Operands<N> {
             v.mul_words(a, b),
             v.and_words(a, b),
             v.xor_words(a, b),
+            v.reverse_bits(a),
             v.shift_left(a, self.bits % 32),
             v.shift_right(a, self.bits % 32),
             v.select_words(v.mask(self.bits), a, b),

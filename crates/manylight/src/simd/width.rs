@@ -85,6 +85,8 @@ pub trait Width: Copy + Debug {
     fn shift_left(self, a: Self::U, bits: u32) -> Self::U;
     /// All words shifted to the right by `bits` < 32; zeros come in.
     fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
+    /// The words with their bits in reverse order.
+    fn reverse_bits(self, a: Self::U) -> Self::U;
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
 

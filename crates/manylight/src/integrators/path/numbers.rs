@@ -4,7 +4,8 @@ use super::state::PathState;
 use crate::bsdf::Numbers;
 use crate::integrators::camera_round::{Arrived, CAMERA_SEQUENCE};
 use crate::lanes::{Float, Pair, Width};
-use crate::transport::stream::{Generators, sobol_points};
+use crate::sampling::SobolSequences;
+use crate::transport::stream::Generators;
 
 /// Vertices with numbers of low-discrepancy sequences; those of later vertices are independent.
 /// With 1, 2 and 4 vertices, independent numbers have 1.19, 1.20 and 1.22 times the relative MSE,
@@ -34,8 +35,8 @@ impl<S: Width> VertexNumbers<S> {
             let sequences = s.each(|i| at.paths.as_ref()[i].sequences);
             let sequence = CAMERA_SEQUENCE + 2 * segments;
             [
-                sobol_points(s, &sequences, sequence - 1),
-                sobol_points(s, &sequences, sequence),
+                SobolSequences::points(s, &sequences, sequence - 1),
+                SobolSequences::points(s, &sequences, sequence),
             ]
         } else {
             [four(&mut at.generators), four(&mut at.generators)]

@@ -2,7 +2,7 @@
 
 use crate::bsdf::Numbers;
 use crate::lanes::{Float, Pair, Width};
-use crate::sampling::{Pcg, Sampler, SobolSequences};
+use crate::sampling::{Pcg, Sampler};
 
 /// A [`Sampler`] per lane. Each lane has the numbers that its sampler alone would have.
 #[derive(Clone, Copy, Debug)]
@@ -66,26 +66,4 @@ impl<S: Width> Generators<S> {
             direction: self.next_pair(),
         }
     }
-}
-
-/// The points of this pass in sequence `sequence` of each lane: four numbers per lane.
-#[inline(always)]
-pub(crate) fn sobol_points<S: Width>(
-    s: S,
-    sequences: &S::Each<SobolSequences>,
-    sequence: u32,
-) -> [Float<S>; 4] {
-    let mut numbers = [s.each(|_| 0.0); 4];
-    let [a, b, c, d] = &mut numbers;
-    let (a, b, c, d) = (a.as_mut(), b.as_mut(), c.as_mut(), d.as_mut());
-    for (i, sequences) in sequences.as_ref().iter().enumerate() {
-        [a[i], b[i], c[i], d[i]] = sequences.point(sequence);
-    }
-    let [a, b, c, d] = &numbers;
-    [
-        Float::load(s, a),
-        Float::load(s, b),
-        Float::load(s, c),
-        Float::load(s, d),
-    ]
 }
