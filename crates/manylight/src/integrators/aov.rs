@@ -6,7 +6,7 @@ use crate::film::{Film, TileSamples, Tiling};
 use crate::ids::MaterialId;
 use crate::lanes::Width;
 use crate::scene::{PathLimits, Scene};
-use crate::transport::stream::{PacketShader, Walks, shade_packets};
+use crate::transport::stream::{PacketShader, WalkStream, Walks, shade_packets};
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -17,8 +17,10 @@ pub(super) fn render_pass(
 ) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, Tiling::OF_STREAMS, |out| {
-        let walks = start_paths((scene, limits), run, &positions, out, |first, _| first);
-        follow_paths(scene, limits, walks, |round, next| {
+        let mut walks = Walks::with_capacity(out.tile().count());
+        let first = |first, _| first;
+        start_paths((scene, limits), run, &positions, out, first, &mut walks);
+        follow_paths(scene, limits, &mut WalkStream::new(walks), |round, next| {
             round.leave(|_| None, |_, _, _| (), out);
             let mut first = FirstVertices { round, next, out };
             shade_packets(round.arrivals.runs(), &mut first);

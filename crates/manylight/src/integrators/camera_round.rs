@@ -21,8 +21,8 @@ use crate::simd::set_bits;
 use crate::transport::Vertex;
 use crate::transport::direct::emitted_with_mis;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, follow_all, lanes_where, see_environment,
-    used,
+    Arrivals, Bits, Generators, Vertices, WalkRow, WalkStream, Walks, follow_all, lanes_where,
+    see_environment, used,
 };
 use crate::transport::walk::visible_part;
 
@@ -147,21 +147,21 @@ impl CameraStart {
 /// are free.
 pub(super) const CAMERA_SEQUENCE: u32 = 0;
 
-/// A camera path for each pixel of a tile, at the camera; `payload` is made of its part in the
-/// layers of first surfaces, and of the sequences of its pixel.
+/// Appends to `walks` a camera path for each pixel of a tile, at the camera; `payload` is made of
+/// its part in the layers of first surfaces, and of the sequences of its pixel.
 pub(super) fn start_paths<T: Copy>(
     scene: (&Scene, PathLimits),
     run: &PassContext,
     positions: &FilmSampler,
     samples: &TileSamples,
     payload: impl Fn(FirstPart, SobolSequences) -> T,
-) -> Walks<T> {
+    walks: &mut Walks<T>,
+) {
     let pixels = || samples.tile().pixels();
     let number = |pixel: UVec2| positions.index(pixel);
     let sequences = |pixel| run.pass.sobol_sequences(Stream::Pixel, number(pixel));
     let sequences: Vec<_> = pixels().map(sequences).collect();
     let points = SobolSequences::each_point(&sequences, CAMERA_SEQUENCE);
-    let mut walks = Walks::with_capacity(samples.tile().count());
     for (index, pixel) in pixels().enumerate() {
         let [x, y, x_lens, y_lens] = points[index];
         let (u, u_lens) = (Vec2::new(x, y), Vec2::new(x_lens, y_lens));
@@ -178,7 +178,6 @@ pub(super) fn start_paths<T: Copy>(
         let sampler = run.pass.sampler(Stream::Pixel, number(pixel));
         walks.push(start.walk(1, sampler, payload(first, sequences[index])));
     }
-    walks
 }
 
 /// Follows camera paths to their ends. `shade` does what happens at the ends of the segments of a
@@ -186,10 +185,10 @@ pub(super) fn start_paths<T: Copy>(
 pub(super) fn follow_paths<'s, T: CameraPath>(
     scene: &'s Scene,
     limits: PathLimits,
-    walks: Walks<T>,
+    stream: &mut WalkStream<T>,
     mut shade: impl FnMut(CameraRound<'_, 's, T>, &mut Walks<T>),
 ) {
-    follow_all(scene, walks, |walks, arrivals, next| {
+    follow_all(scene, stream, |walks, arrivals, next| {
         let round = CameraRound {
             scene,
             limits,

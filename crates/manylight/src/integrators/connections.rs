@@ -135,6 +135,12 @@ impl Connections {
         }
     }
 
+    /// From now on, without any connections, for `out`.
+    pub(super) fn begin(&mut self, out: &TileSamples) {
+        debug_assert!(self.rays.segments.is_empty());
+        self.by_group = out.light_groups() > 0;
+    }
+
     /// Next-event estimation: connects each of the vertices in the lanes of `query` with a point of
     /// an emitter. The light counts if nothing blocks it: see [`Connections::add_all`].
     #[inline(always)]

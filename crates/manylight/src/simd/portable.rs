@@ -67,11 +67,12 @@ macro_rules! on_numbers {
     )*};
 }
 
-// With debug assertions, operations on arrays are not inlined: the core compiles in 237 s of
-// processor time, not 601 s (rustc 1.95, opt-level 3, 16 codegen units). Debug assertions add
-// branches to every loop. Inlined into one kernel, these branches slow down LLVM's global value
-// numbering, whose time grows with the square of their number. Releases have no such branches:
-// there the loops are inlined and vectorized.
+// `inline`, and not `inline(always)`: LLVM then simplifies the loop of an operation once, before it
+// is inlined, and not once for each of its uses. Releases of the core compile in 183 s of processor
+// time instead of 320 s, with the same instructions executed (rustc 1.95, two codegen units, without
+// LTO). With debug assertions, which add branches to every loop, operations are not inlined: 237 s
+// instead of 601 s (opt-level 3, 16 codegen units), most of it in global value numbering, whose time
+// grows with the square of the number of branches in a function.
 macro_rules! on_arrays {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
         #[cfg_attr(debug_assertions, inline(never))]

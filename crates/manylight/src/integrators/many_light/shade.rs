@@ -34,7 +34,7 @@ use crate::maps::Neighbors;
 use crate::math::UVec2;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
-use crate::transport::stream::{PacketShader, Walks, shade_packets};
+use crate::transport::stream::{PacketShader, WalkStream, Walks, shade_packets};
 
 /// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in
 /// each pass leave no borders in the mean. With interleaved lights, a tile has 64 pixels for each
@@ -95,7 +95,8 @@ impl<'s> PreparedPasses<'s> {
     ) -> u64 {
         let mut shadow_rays = 0;
         let walks = prefix::start(run, positions, tile);
-        follow_paths(self.scene, self.limits, walks, |round, next| {
+        let stream = &mut WalkStream::new(walks);
+        follow_paths(self.scene, self.limits, stream, |round, next| {
             let first = tile.points.len();
             let mut arriving = Arriving { round, next, tile };
             arriving.leave();

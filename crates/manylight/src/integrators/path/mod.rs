@@ -24,9 +24,10 @@ use crate::film::{
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::stream::{Walks, shade_packets};
+use crate::transport::stream::{WalkStream, Walks, shade_packets};
 use shade::Shading;
 use state::PathState;
+use std::cell::Cell;
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -63,6 +64,19 @@ pub(super) fn sums_of_samples(
     })
 }
 
+thread_local! {
+    /// What a thread takes from tile to tile. Without it the allocator gives the memory back after
+    /// each tile, and the system clears it anew: 6 % of the time in the Cornell box, 2 % in the
+    /// garage.
+    static MEMORY: Cell<Option<TileMemory>> = const { Cell::new(None) };
+}
+
+/// The memory of the paths of a tile.
+struct TileMemory {
+    stream: WalkStream<PathState>,
+    connections: Connections,
+}
+
 /// Adds one sample to each pixel of a tile.
 pub(super) fn shade_tile(
     (scene, limits): (&Scene, PathLimits),
@@ -76,17 +90,27 @@ pub(super) fn shade_tile(
         stage,
         sequences,
     };
-    let walks = start_paths((scene, limits), run, positions, samples, path);
+    let mut memory = MEMORY.take().unwrap_or_else(|| TileMemory {
+        stream: WalkStream::new(Walks::with_capacity(samples.tile().count())),
+        connections: Connections::of(samples),
+    });
+    memory.connections.begin(samples);
+    let walks = &mut memory.stream.walks;
+    start_paths((scene, limits), run, positions, samples, path, walks);
     Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
-    let shadow_rays = trace(scene, limits, walks, samples);
+    let shadow_rays = trace(scene, limits, &mut memory, samples);
     Stats::count(&run.stats.shadow_rays, shadow_rays);
+    MEMORY.set(Some(memory));
 }
 
 /// Follows all paths to their ends and returns the number of shadow rays.
-fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut TileSamples) -> u64 {
-    let mut connections = Connections::of(out);
+fn trace(scene: &Scene, limits: PathLimits, memory: &mut TileMemory, out: &mut TileSamples) -> u64 {
+    let TileMemory {
+        stream,
+        connections,
+    } = memory;
     let mut shadow_rays = 0;
-    follow_paths(scene, limits, walks, |round, next| {
+    follow_paths(scene, limits, stream, |round, next| {
         let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
             path.add_emitted(scene, seen, out);
         };
@@ -94,7 +118,7 @@ fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut T
         let mut shading = Shading {
             round,
             next,
-            connections: &mut connections,
+            connections: &mut *connections,
             out,
         };
         shade_packets(round.arrivals.runs(), &mut shading);

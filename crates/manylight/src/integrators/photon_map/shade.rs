@@ -12,7 +12,7 @@ use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
-use crate::transport::stream::{Walks, shade_packets};
+use crate::transport::stream::{WalkStream, Walks, shade_packets};
 
 impl PhotonMapPass<'_> {
     pub(super) fn shade_tile(
@@ -32,7 +32,8 @@ impl PhotonMapPass<'_> {
             found_incident: Neighbors::new(MAX_ENVIRONMENT_LOBES),
         };
         let mut shadow_rays = 0;
-        follow_paths(scene, self.limits, walks, |round, next| {
+        let stream = &mut WalkStream::new(walks);
+        follow_paths(scene, self.limits, stream, |round, next| {
             let add = |path: &PathState, seen: SeenEmission, out: &mut TileSamples| {
                 self.add_emitted(path, seen, out);
             };

@@ -23,6 +23,8 @@ pub(crate) use arrivals::Arrivals;
 pub(crate) use escapes::see_environment;
 pub(crate) use generators::Generators;
 pub(crate) use photons::follow_photons;
-pub(crate) use rounds::{PacketShader, VertexShader, follow_all, follow_and_shade, shade_packets};
+pub(crate) use rounds::{
+    PacketShader, VertexShader, WalkStream, follow_all, follow_and_shade, shade_packets,
+};
 pub(crate) use vertices::{Bits, SegmentEnd, Vertices, by_lane, lanes_where, used};
 pub(crate) use walks::{WalkRow, Walks};

@@ -7,21 +7,45 @@ use crate::lanes::{LaneKernel, Width};
 use crate::scene::Scene;
 use crate::simd::{Isa, outlined};
 
-/// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and
-/// appends the walks that go on to its last argument.
+/// The walks of a stream, with its memory, which may serve one stream after another.
+#[derive(Clone, Debug)]
+pub(crate) struct WalkStream<T> {
+    /// The walks at their next segment.
+    pub(crate) walks: Walks<T>,
+    /// Those that go on after it.
+    next: Walks<T>,
+    arrivals: Arrivals,
+}
+
+impl<T: Copy> WalkStream<T> {
+    /// The stream of these walks.
+    pub(crate) fn new(walks: Walks<T>) -> Self {
+        WalkStream {
+            next: Walks::with_capacity(walks.rays.len()),
+            walks,
+            arrivals: Arrivals::default(),
+        }
+    }
+}
+
+/// Follows walks to their ends, after which none are left. `round` shades the vertices of one
+/// segment of all walks, and appends the walks that go on to its last argument.
 pub(crate) fn follow_all<T: Copy>(
     scene: &Scene,
-    mut walks: Walks<T>,
+    stream: &mut WalkStream<T>,
     mut round: impl FnMut(&Walks<T>, &Arrivals, &mut Walks<T>),
 ) {
-    let mut arrivals = Arrivals::default();
-    let mut next = Walks::with_capacity(walks.rays.len());
+    let WalkStream {
+        walks,
+        next,
+        arrivals,
+    } = stream;
     while !walks.is_empty() {
         arrivals.trace(scene, &walks.rays);
-        absorb(scene, &mut walks, &arrivals);
+        absorb(scene, walks, arrivals);
         next.clear();
-        round(&walks, &arrivals, &mut next);
-        std::mem::swap(&mut walks, &mut next);
+        round(walks, arrivals, next);
+        std::mem::swap(walks, next);
     }
 }
 
@@ -44,16 +68,20 @@ pub(crate) fn follow_and_shade<T: Copy>(
     walks: Walks<T>,
     shader: &mut impl VertexShader<T>,
 ) {
-    follow_all(scene, walks, |walks, arrivals, next| {
-        let mut round = Round {
-            scene,
-            walks,
-            arrivals,
-            next,
-            shader: &mut *shader,
-        };
-        shade_packets(arrivals.runs(), &mut round);
-    });
+    follow_all(
+        scene,
+        &mut WalkStream::new(walks),
+        |walks, arrivals, next| {
+            let mut round = Round {
+                scene,
+                walks,
+                arrivals,
+                next,
+                shader: &mut *shader,
+            };
+            shade_packets(arrivals.runs(), &mut round);
+        },
+    );
 }
 
 /// One segment of all walks, and the vertices at its end.
