@@ -135,7 +135,7 @@ impl Connections {
         }
     }
 
-    /// From now on, without any connections, for `out`.
+    /// Takes connections for `out` from now on. The list must be empty.
     pub(super) fn begin(&mut self, out: &TileSamples) {
         debug_assert!(self.rays.segments.is_empty());
         self.by_group = out.light_groups() > 0;

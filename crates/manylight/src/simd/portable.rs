@@ -68,11 +68,12 @@ macro_rules! on_numbers {
 }
 
 // `inline`, and not `inline(always)`: LLVM then simplifies the loop of an operation once, before it
-// is inlined, and not once for each of its uses. Releases of the core compile in 183 s of processor
-// time instead of 320 s, at the same speed of the portable code within 2 % (rustc 1.95, two codegen
-// units, without LTO). With debug assertions, which add branches to every loop, operations are not inlined: 237 s
-// instead of 601 s (opt-level 3, 16 codegen units), most of it in global value numbering, whose time
-// grows with the square of the number of branches in a function.
+// is inlined, and not once for each of its uses. A release of the core compiles in 183 s of
+// processor time instead of 320 s, and the speed of the portable code changes by less than 2 %
+// (rustc 1.95, two codegen units, without LTO). Debug assertions add branches to every loop, and
+// the time of LLVM's global value numbering grows with the square of the branches of a function:
+// with them operations are not inlined, and the core compiles in 237 s instead of 601 s (opt-level
+// 3, 16 codegen units).
 macro_rules! on_arrays {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
         #[cfg_attr(debug_assertions, inline(never))]

@@ -19,8 +19,8 @@ const MAX_INTEGRATED: usize = ALPHA_NODES * ETA_NODES;
 /// Nodes over ln alpha. From alpha 10⁻⁴ to 1, GGX transmittances are off by at most 2·10⁻⁵ with 24
 /// nodes and 4·10⁻⁴ with 16; with Beckmann's, by 10⁻⁴.
 const ALPHA_NODES: usize = 24;
-/// Nodes over ln |η - 1|. With η from 1.01 to 2.5, GGX transmittances are off by at most 10⁻⁶; from 1.0001
-/// to 4, by 3·10⁻⁴. No η below 1 was compared.
+/// Nodes over ln |η - 1|. With η from 1.01 to 2.5, GGX transmittances are off by at most 10⁻⁶; from
+/// 1.0001 to 4, by 3·10⁻⁴. No η below 1 was compared.
 const ETA_NODES: usize = 12;
 /// Smallest alpha of [`super::microfacet`]; smaller values count as this one.
 const MIN_ALPHA: f32 = 1e-4;
