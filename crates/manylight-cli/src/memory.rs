@@ -7,7 +7,7 @@ use crate::picture;
 use crate::report::resident_bytes;
 use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
-use manylight::integrators::StageMemory;
+use manylight::integrators::{StageMemory, estimated_memory};
 use manylight::render::RenderJob;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -61,7 +61,7 @@ pub(crate) fn check_memory(
     let mut stages = vec![scene];
     let (unguided, passes) = (EmissionGuide::default(), job.budget.passes);
     let guide = job.guide.unwrap_or(&unguided);
-    let mut of_passes = (job.method).memory(job.scene, guide, passes, sums, job.seed);
+    let mut of_passes = estimated_memory(&job.method, job.scene, guide, passes, sums, job.seed);
     stages.extend(of_passes.drain(..1).filter(|_| sums > 0));
     stages.extend(beside);
     let at_end: Vec<StageMemory> = at_end.into_iter().chain(kept(&of_passes)).collect();

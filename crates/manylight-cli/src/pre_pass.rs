@@ -13,65 +13,63 @@ use manylight_denoise::{Oidn, denoise_picture};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-impl Session {
-    /// Makes the choice of a method that is chosen, unless it is made: for a picture that `oidn`
-    /// denoises, if there is one.
-    ///
-    /// # Errors
-    /// The memory limit is too small for the pre-pass.
-    pub(crate) fn choose(&self, oidn: Option<&Oidn>) -> Result<(), Failure> {
-        let request = &self.request;
-        if !request.paths.method.is_chosen() || self.choice.get().is_some() {
-            return Ok(());
-        }
-        let method = request.method(self.scene.limits);
-        let (Some(lights), Some(guide)) = (method.lights(), self.guide()) else {
-            return Ok(());
-        };
-        let surroundings = Surroundings {
-            sums: 0,
-            beside: None,
-            at_end: None,
-        };
-        let job = self.job();
-        let limit = request.memory_limit;
-        (self.pool).install(|| check_memory(limit, &job, surroundings))?;
-        let never = AtomicBool::new(false);
-        let pre_pass = self.pool.install(|| {
-            let run = PassContext {
-                pass: Pass {
-                    seed: request.paths.seed,
-                    index: 0,
-                },
-                guide,
-                stats: &self.stats,
-                cancel: &never,
-                light_groups: 0,
-            };
-            ChoicePrePass::new(lights, (&self.scene, method.limits), &run)
-        });
-        let choice = self.stats.time("choice", || match oidn {
-            None => pre_pass.choice(None),
-            Some(oidn) => pre_pass.choice(Some(&|input: &FilterInput| -> Option<Image> {
-                denoise_picture(oidn, input, &never).ok()
-            })),
-        });
-        // Another thread may have made the same choice.
-        let _ = self.choice.set(choice);
-        Ok(())
+/// Makes the choice of a method that is chosen, unless it is made: for a picture that `oidn`
+/// denoises, if there is one.
+///
+/// # Errors
+/// The memory limit is too small for the pre-pass.
+pub(crate) fn choose(session: &Session, oidn: Option<&Oidn>) -> Result<(), Failure> {
+    let request = &session.request;
+    if !request.paths.method.is_chosen() || session.choice.get().is_some() {
+        return Ok(());
     }
+    let method = request.method(session.scene.limits);
+    let (Some(lights), Some(guide)) = (method.lights(), session.guide()) else {
+        return Ok(());
+    };
+    let surroundings = Surroundings {
+        sums: 0,
+        beside: None,
+        at_end: None,
+    };
+    let job = session.job();
+    let limit = request.memory_limit;
+    (session.pool).install(|| check_memory(limit, &job, surroundings))?;
+    let never = AtomicBool::new(false);
+    let pre_pass = session.pool.install(|| {
+        let run = PassContext {
+            pass: Pass {
+                seed: request.paths.seed,
+                index: 0,
+            },
+            guide,
+            stats: &session.stats,
+            cancel: &never,
+            light_groups: 0,
+        };
+        ChoicePrePass::new(lights, (&session.scene, method.limits), &run)
+    });
+    let choice = session.stats.time("choice", || match oidn {
+        None => pre_pass.choice(None),
+        Some(oidn) => pre_pass.choice(Some(&|input: &FilterInput| -> Option<Image> {
+            denoise_picture(oidn, input, &never).ok()
+        })),
+    });
+    // Another thread may have made the same choice.
+    let _ = session.choice.set(choice);
+    Ok(())
+}
 
-    /// Time of the pre-pass.
-    pub(crate) fn choice_time(&self) -> Duration {
-        let stages = self.stats.stages();
-        let choice = stages.iter().find(|(name, _)| *name == "choice");
-        choice.map_or(Duration::ZERO, |(_, time)| *time)
-    }
+/// Time of the pre-pass.
+pub(crate) fn choice_time(session: &Session) -> Duration {
+    let stages = session.stats.stages();
+    let choice = stages.iter().find(|(name, _)| *name == "choice");
+    choice.map_or(Duration::ZERO, |(_, time)| *time)
+}
 
-    /// Prints the choice in one line.
-    pub(crate) fn print_choice(&self) {
-        if let Some(choice) = self.choice.get() {
-            print_message(choice::line(choice));
-        }
+/// Prints the choice in one line.
+pub(crate) fn print_choice(session: &Session) {
+    if let Some(choice) = session.choice.get() {
+        print_message(choice::line(choice));
     }
 }

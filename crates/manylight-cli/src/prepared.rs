@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
 use crate::part::Resumed;
+use crate::pre_pass::choice_time;
 use crate::session::Session;
 use manylight::film::Film;
 use manylight::integrators::StageMemory;
@@ -41,8 +42,7 @@ impl<'s> Prepared<'s> {
         (session.pool).install(|| check_memory(limit, &job, surroundings))?;
         let identity = session.settings(&job).identity(&session.digest);
         let resumed = Resumed::load(&session.request, &job, &identity)?;
-        job.budget.time =
-            (job.budget.time).map(|limit| limit.saturating_sub(session.choice_time()));
+        job.budget.time = (job.budget.time).map(|limit| limit.saturating_sub(choice_time(session)));
         let features = session.features(&mut job, interrupt);
         resumed.state.add_to(&session.stats);
         Ok(Prepared {

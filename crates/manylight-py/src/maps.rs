@@ -5,6 +5,7 @@ use crate::scene::Scene;
 use crate::waiting::wait_for;
 use manylight::integrators::PlacedLight;
 use manylight_cli::Interrupt;
+use manylight_cli::embed::interim_maps;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -19,7 +20,7 @@ pub(crate) fn maps<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (held, interrupt) = (scene.held(), Interrupt::default());
     let (maps, _) = wait_for(py, &interrupt, None, |_| {
-        held.session(&words)?.interim_maps(&interrupt)
+        interim_maps(&held.session(&words)?, &interrupt)
     })?;
     let Some(maps) = maps.map_err(|failure| exception(py, &failure))? else {
         return Err(PyKeyboardInterrupt::new_err(()));

@@ -39,7 +39,7 @@ pub(crate) fn render_part(
     let (held, interrupt) = (scene.held(), Interrupt::default());
     let (result, _) = wait_for(py, &interrupt, progress.as_ref(), |observer| {
         let session = held.session(&words)?;
-        session.render_part(blocks, &path, &interrupt, observer)
+        embed::render_part(&session, blocks, &path, &interrupt, observer)
     })?;
     match result {
         Ok(true) => Ok(()),

@@ -3,6 +3,7 @@
 
 use super::render::open;
 use crate::args::{DisplayArgs, MapsArgs};
+use crate::embed::maps::{check_memory_of_maps, checked_maps};
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::print_message;
@@ -37,14 +38,14 @@ pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     };
     let interrupt = Interrupt::install()?;
     let session = open(request, None, display)?;
-    session.check_memory_of_maps()?;
+    check_memory_of_maps(&session)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FileError::unwritable(&args.output, e))?;
     let request = &session.request;
     request
         .outputs
         .iter()
         .try_for_each(|path| check_writable(path))?;
-    let Some(maps) = session.checked_maps(&interrupt)? else {
+    let Some(maps) = checked_maps(&session, &interrupt)? else {
         return Ok(interrupt.exit_code().unwrap_or(DONE));
     };
     let color_maps = color_maps(&maps);

@@ -8,6 +8,7 @@ use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::{Console, print_data, print_message, print_warnings};
 use crate::picture::{PictureFacts, PictureSource};
+use crate::pre_pass::{choose, print_choice};
 use crate::prepared::Prepared;
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
@@ -158,9 +159,9 @@ impl Run<'_> {
 
     /// Makes the choice of a method that is chosen, and prints it.
     fn choose(&self, oidn: Option<&Oidn>) -> Result<(), Failure> {
-        self.session.choose(oidn)?;
+        choose(&self.session, oidn)?;
         if !self.args.display.quiet {
-            self.session.print_choice();
+            print_choice(&self.session);
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::memory::{Surroundings, check_memory};
 use crate::part::{blocks_of, merge_parts, write_share};
+use crate::pre_pass::choose;
 use crate::session::Session;
 use crate::values::Shard;
 use manylight::film::blocks::block_count;
@@ -31,45 +32,43 @@ pub enum PartBlocks {
     OpenBlocks(Range<u32>),
 }
 
-impl Session {
-    /// Renders blocks of passes to the part file `path`. `false` if it was interrupted: nothing is
-    /// written then.
-    ///
-    /// # Errors
-    /// There are no such blocks, the session has a limit that depends on all shares, the memory
-    /// limit is too small, or the file cannot be written.
-    pub fn render_part(
-        &self,
-        blocks: PartBlocks,
-        path: &Path,
-        interrupt: &Interrupt,
-        observer: &mut (dyn Observer + Send),
-    ) -> Result<bool, Failure> {
-        self.choose(None)?;
-        let mut job = self.job();
-        if job.budget.time.is_some() || job.budget.relative_error.is_some() {
-            return Err(Failure::usage(
-                "a part has neither a time nor an error limit: they depend on all parts",
-                "give the number of passes of the whole render",
-            ));
-        }
-        if matches!(blocks, PartBlocks::OpenBlocks(_)) {
-            job.budget.passes = None;
-        }
-        let blocks = checked(blocks, &job)?;
-        let limit = self.request.memory_limit;
-        let surroundings = Surroundings::of_part(&blocks);
-        (self.pool).install(|| check_memory(limit, &job, surroundings))?;
-        let cancel = interrupt.cancel();
-        let rendered = self
-            .pool
-            .install(|| render_blocks(&job, blocks, &self.stats, cancel, observer));
-        let Some(sums) = rendered else {
-            return Ok(false);
-        };
-        write_share(self, &job, path, &sums, interrupt)?;
-        Ok(true)
+/// Renders blocks of passes to the part file `path`. `false` if it was interrupted: nothing is
+/// written then.
+///
+/// # Errors
+/// There are no such blocks, the session has a limit that depends on all shares, the memory
+/// limit is too small, or the file cannot be written.
+pub fn render_part(
+    session: &Session,
+    blocks: PartBlocks,
+    path: &Path,
+    interrupt: &Interrupt,
+    observer: &mut (dyn Observer + Send),
+) -> Result<bool, Failure> {
+    choose(session, None)?;
+    let mut job = session.job();
+    if job.budget.time.is_some() || job.budget.relative_error.is_some() {
+        return Err(Failure::usage(
+            "a part has neither a time nor an error limit: they depend on all parts",
+            "give the number of passes of the whole render",
+        ));
     }
+    if matches!(blocks, PartBlocks::OpenBlocks(_)) {
+        job.budget.passes = None;
+    }
+    let blocks = checked(blocks, &job)?;
+    let limit = session.request.memory_limit;
+    let surroundings = Surroundings::of_part(&blocks);
+    (session.pool).install(|| check_memory(limit, &job, surroundings))?;
+    let cancel = interrupt.cancel();
+    let rendered = session
+        .pool
+        .install(|| render_blocks(&job, blocks, &session.stats, cancel, observer));
+    let Some(sums) = rendered else {
+        return Ok(false);
+    };
+    write_share(session, &job, path, &sums, interrupt)?;
+    Ok(true)
 }
 
 /// The range of blocks, if it is not empty and part of the render.

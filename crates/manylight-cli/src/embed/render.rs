@@ -5,6 +5,7 @@ use crate::interrupt::Interrupt;
 use crate::names::{AovNames, Named, value_of};
 use crate::output::Console;
 use crate::picture::{PictureFacts, PictureSource};
+use crate::pre_pass::choose;
 use crate::prepared::Prepared;
 use crate::session::{Session, open_denoiser};
 use manylight::film::Film;
@@ -83,7 +84,7 @@ impl Session {
         observer: &mut (dyn Observer + Send),
     ) -> Result<Rendered, Failure> {
         let oidn = open_denoiser(&self.request)?;
-        self.choose(oidn.as_ref())?;
+        choose(self, oidn.as_ref())?;
         let Prepared {
             job,
             identity,

@@ -15,7 +15,7 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
-use crate::virtual_lights::testing::candidates;
+use crate::virtual_lights::testing::{candidates, rich_lights, single_lights};
 use crate::virtual_lights::{
     EmissionView, GlossyForm, PhotonClusters, RadiantIntensity, TableStorage, VirtualLight,
     VirtualLights, assign, select,
@@ -51,7 +51,7 @@ pub(super) fn lights(
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
     LightIndex::new(match form {
-        None => VirtualLights::single(
+        None => single_lights(
             scene,
             limits,
             &photons,
@@ -59,7 +59,7 @@ pub(super) fn lights(
         ),
         Some(form) => {
             let (shares, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
-            VirtualLights::rich(scene, limits, &photons, &shares, form)
+            rich_lights(scene, limits, &photons, &shares, form)
         }
     })
 }
@@ -511,7 +511,7 @@ pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 1500, 0.4);
     let field = match form {
-        None => VirtualLights::single(
+        None => single_lights(
             scene,
             UNLIMITED,
             &photons,
@@ -519,7 +519,7 @@ pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex
         ),
         Some(form) => {
             let (shares, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
-            VirtualLights::rich(scene, UNLIMITED, &photons, &shares, form)
+            rich_lights(scene, UNLIMITED, &photons, &shares, form)
         }
     };
     LightIndex::new(field).with_tree()

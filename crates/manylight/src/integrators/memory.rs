@@ -35,43 +35,41 @@ const COPIES: f64 = 2.0;
 /// it is 0.12 instead of 0.012.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
-impl Method {
-    /// Memory of a render of `passes` passes, or of one without end, stage by stage. `sums` is the
-    /// number of sums over passes that are held at once: see [`Film::bytes_for`]. Traces some
-    /// photons by `guide`, which is that of the render.
-    pub fn memory(
-        &self,
-        scene: &Scene,
-        guide: &EmissionGuide,
-        passes: Option<u32>,
-        sums: usize,
-        seed: u64,
-    ) -> Vec<StageMemory> {
-        let (size, layers) = (scene.sensor.desc().film.crop_size, self.layers());
-        let mut film = Film::bytes_for(size, &layers, &self.extra.id_layers(), sums);
-        if self.has_sequences() {
-            film = film.saturating_add(Film::bytes_for_sequences(size, &layers, sums));
-        }
-        if let MethodKind::Mixed(_) = self.kind {
-            film = film.saturating_add(Mixed::bytes_for(size, &layers));
-        }
-        let mut stages = vec![StageMemory {
-            stage: "film",
-            bytes: film,
-        }];
-        let probes = Probes { scene, guide, seed };
-        match &self.kind {
-            MethodKind::ManyLight(method) | MethodKind::Mixed(Mixed { lights: method, .. }) => {
-                let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
-                stages.extend(of_many_light(method, probes, self.limits, last));
-            }
-            MethodKind::PhotonMap(method) => {
-                stages.push(of_photon_map(method, probes, self.limits));
-            }
-            _ => {}
-        }
-        stages
+/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage.
+/// `sums` is the number of sums over passes that are held at once: see [`Film::bytes_for`].
+/// Traces some photons by `guide`, which is that of the render.
+pub fn estimated_memory(
+    method: &Method,
+    scene: &Scene,
+    guide: &EmissionGuide,
+    passes: Option<u32>,
+    sums: usize,
+    seed: u64,
+) -> Vec<StageMemory> {
+    let (size, layers) = (scene.sensor.desc().film.crop_size, method.layers());
+    let mut film = Film::bytes_for(size, &layers, &method.extra.id_layers(), sums);
+    if method.has_sequences() {
+        film = film.saturating_add(Film::bytes_for_sequences(size, &layers, sums));
     }
+    if let MethodKind::Mixed(_) = method.kind {
+        film = film.saturating_add(Mixed::bytes_for(size, &layers));
+    }
+    let mut stages = vec![StageMemory {
+        stage: "film",
+        bytes: film,
+    }];
+    let probes = Probes { scene, guide, seed };
+    match &method.kind {
+        MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => {
+            let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
+            stages.extend(of_many_light(lights, probes, method.limits, last));
+        }
+        MethodKind::PhotonMap(map) => {
+            stages.push(of_photon_map(map, probes, method.limits));
+        }
+        _ => {}
+    }
+    stages
 }
 
 /// Of the largest group of passes up to `last`.

@@ -94,7 +94,7 @@ pub(super) fn nodes(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> V
     let scale = NORMAL_SCALE * bounds.diagonal();
     let item = |&id: &LightId| TreeItem::new(id, &lights[id.index()], scale);
     let mut items: Vec<TreeItem> = ids.iter().map(item).collect();
-    let mut nodes = vec![LightNode::EMPTY; 2 * items.len() - 1];
+    let mut nodes = vec![EMPTY; 2 * items.len() - 1];
     build(set, &mut items, &mut nodes, 0, 0);
     nodes
 }
@@ -117,17 +117,15 @@ impl TreeItem {
     }
 }
 
-impl LightNode {
-    /// A node before it is filled.
-    const EMPTY: LightNode = LightNode {
-        bounds: Aabb::EMPTY,
-        normals: Cone::EMPTY,
-        offset: 0.0,
-        flux: 0.0,
-        intensity: IntensityBound::NONE,
-        content: NodeContent::Light(LightId(0)),
-    };
-}
+/// A node before it is filled.
+const EMPTY: LightNode = LightNode {
+    bounds: Aabb::EMPTY,
+    normals: Cone::EMPTY,
+    offset: 0.0,
+    flux: 0.0,
+    intensity: IntensityBound::NONE,
+    content: NodeContent::Light(LightId(0)),
+};
 
 /// Builds the tree over `items` into `nodes`, the first of which has the index `first` in the tree.
 /// Returns the bound of its intensity.
@@ -145,7 +143,7 @@ fn build(
             offset: item.offset,
             flux: item.flux,
             content: NodeContent::Light(item.id),
-            ..LightNode::EMPTY
+            ..EMPTY
         };
         return IntensityBound::of(lights, item.id);
     }

@@ -11,7 +11,7 @@ use crate::scene::{PathLimits, Scene};
 use crate::simd::{Isa, Simd, SimdKernel};
 use crate::testing::scenes::glossy_box;
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::testing::candidates;
+use crate::virtual_lights::testing::{candidates, rich_lights, single_lights};
 use crate::virtual_lights::{
     GlossyForm, PhotonClusters, TableStorage, VirtualLights, assign, select,
 };
@@ -51,7 +51,7 @@ fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, V
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, count, 0.4);
     let set = match form {
-        None => VirtualLights::single(
+        None => single_lights(
             scene,
             limits,
             &photons,
@@ -59,7 +59,7 @@ fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, V
         ),
         Some(form) => {
             let (clusters, _) = assign(scene, &candidates(&photons, &fluxes), &sites, 0.7);
-            VirtualLights::rich(scene, limits, &photons, &clusters, form)
+            rich_lights(scene, limits, &photons, &clusters, form)
         }
     };
     (photons, set)

@@ -41,7 +41,7 @@ impl<'t> TextureBounds<'t> {
         *slot.get_or_init(|| self.channel_of(&self.textures[id.index()]))
     }
 
-    fn luminance_of(&self, texture: &Texture) -> f32 {
+    pub(super) fn luminance_of(&self, texture: &Texture) -> f32 {
         let of_input = |input: &ColorInput| match *input {
             ColorInput::Constant(color) => color.luminance(),
             ColorInput::Texture(id) => self.luminance(id),
@@ -97,13 +97,5 @@ fn alternatives(texture: &Texture) -> Option<[&ColorInput; 2]> {
         } => Some([inside, outside]),
         Texture::Mix { first, second, .. } => Some([first, second]),
         _ => None,
-    }
-}
-
-impl Texture {
-    /// Upper bound of the luminance over all uv.
-    #[cfg(test)]
-    pub(crate) fn max_luminance(&self, textures: &[Texture]) -> f32 {
-        TextureBounds::new(textures).luminance_of(self)
     }
 }

@@ -58,27 +58,25 @@ pub(crate) fn candidates(photons: &[Photon], weights: &[f32]) -> Candidates {
     Candidates::new(photons.to_vec(), weights.to_vec())
 }
 
-impl<'s> VirtualLights<'s> {
-    /// Lights of one light path each.
-    pub(crate) fn single(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-    ) -> Self {
-        build_lights(scene, limits, photons, clusters, None, |_| true)
-    }
+/// Lights of one light path each.
+pub(crate) fn single_lights<'s>(
+    scene: &'s Scene,
+    limits: PathLimits,
+    photons: &[Photon],
+    clusters: &PhotonClusters,
+) -> VirtualLights<'s> {
+    build_lights(scene, limits, photons, clusters, None, |_| true)
+}
 
-    /// Rich-VPLs.
-    pub(crate) fn rich(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-        form: GlossyForm,
-    ) -> Self {
-        build_lights(scene, limits, photons, clusters, Some(form), |_| true)
-    }
+/// Rich-VPLs.
+pub(crate) fn rich_lights<'s>(
+    scene: &'s Scene,
+    limits: PathLimits,
+    photons: &[Photon],
+    clusters: &PhotonClusters,
+    form: GlossyForm,
+) -> VirtualLights<'s> {
+    build_lights(scene, limits, photons, clusters, Some(form), |_| true)
 }
 
 /// Surfaces with the primitive as material, and without obstacles but for a wall at x = `wall`.

@@ -16,7 +16,7 @@
 
 use super::compensation_photons::direction_limit;
 use super::gather_point::{GatherPath, GatherPoint, GatherRole, TileGather};
-use super::group_scales::ScaleRow;
+use super::paths::ScaleRow;
 use super::paths::{Direction, PathState};
 use super::radiance_cache::CachePoint;
 use crate::color::Rgb;

@@ -8,7 +8,7 @@
 use super::PreparedPasses;
 use super::compensation::{DirectionEnd, compensate};
 use super::gather_point::{GatherPoint, GatherRole, TileGather};
-use super::group_scales::GroupScales;
+use super::paths::GroupScales;
 use super::paths::{Direction, PathPart, PathState};
 use super::{Compensation, compensation_photons::direction_fraction};
 use crate::bsdf::{BsdfSamples, Lobes, Numbers};

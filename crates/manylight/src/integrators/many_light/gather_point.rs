@@ -10,7 +10,7 @@
 //!
 //! Both end at another gather point, on a sparse subset of the lights.
 
-use super::group_scales::{GroupScales, ScaleRow};
+use super::paths::{GroupScales, ScaleRow};
 use super::paths::{PathNumber, PixelNumbers, SPLIT};
 use super::radiance_cache::CACHE_NEIGHBORS;
 use super::trace::PHOTON_NEIGHBORS;

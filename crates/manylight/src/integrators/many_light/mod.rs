@@ -27,7 +27,6 @@ mod density_estimates;
 mod direction;
 mod effort;
 mod gather_point;
-mod group_scales;
 mod interim_maps;
 mod lights;
 mod passes;

@@ -4,7 +4,7 @@
 use super::PreparedPasses;
 use super::density_estimates::max_photon_radius;
 use super::gather_point::{DIRECTIONS, GatherPath, GatherRole, TileGather};
-use super::group_scales::ScaleRow;
+use super::paths::ScaleRow;
 use super::paths::{EMISSION_PATHS, PathNumber, PathPart, PathState, PixelNumbers, Prefix};
 use crate::bsdf::Lobes;
 use crate::film::{FilmSampler, Layer};

@@ -16,8 +16,8 @@
 use super::density_estimates::{caustic_radiance, compensation_photon_radiance};
 use super::direction::{Sampling, emission_fraction, in_order_of_material};
 use super::gather_point::{GatherPath, GatherPoint, TileGather};
-use super::group_scales::{GroupScales, ScaleRow};
 use super::paths::{EMISSION_PATHS, PathPart, PathState};
+use super::paths::{GroupScales, ScaleRow};
 use super::trace::PHOTON_NEIGHBORS;
 use super::{ManyLight, PreparedPasses, chain, direction, prefix};
 use crate::bsdf::Lobes;

@@ -62,8 +62,8 @@ fn bounds_of_intensity_hold() {
         let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
         for form in forms {
             let set = match form {
-                None => VirtualLights::single(&scene, unlimited(), &photons, &clusters),
-                Some(form) => VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form),
+                None => single_lights(&scene, unlimited(), &photons, &clusters),
+                Some(form) => rich_lights(&scene, unlimited(), &photons, &clusters, form),
             };
             let looseness = hold_bounds(&set, 2000);
             println!("{form:?}: bounds over values {looseness:.1}");

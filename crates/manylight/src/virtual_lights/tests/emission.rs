@@ -14,7 +14,7 @@ fn a_single_light_is_the_reflection_of_its_photon() {
             probability: 0.25,
         })
         .collect();
-    let set = VirtualLights::single(
+    let set = single_lights(
         &scene,
         unlimited(),
         &photons,
@@ -37,14 +37,14 @@ fn a_light_at_every_photon_makes_single_lights() {
     let photons = curve::Curve::around(&photons).sorted(&photons);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
-    let plain = VirtualLights::single(
+    let plain = single_lights(
         &scene,
         unlimited(),
         &photons,
         &PhotonClusters::single_photons(&sites),
     );
     let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
-    let partition = VirtualLights::single(&scene, unlimited(), &photons, &clusters);
+    let partition = single_lights(&scene, unlimited(), &photons, &clusters);
     assert_eq!(partition.lights().len(), photons.len());
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
         assert_eq!(
@@ -65,7 +65,7 @@ fn the_diffuse_part_is_exact() {
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
     let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
     assert_eq!(set.bytes(), size_of_val(set.lights()));
     for w in directions(50) {
         let sum: Rgb = (0..set.lights().len())
@@ -101,7 +101,7 @@ fn only_glass_emits_below_the_horizon() {
             photon: 0,
             probability: 1.0,
         }]);
-        let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+        let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
         let under = directions(500).filter(|w| w.z < 0.0);
         below[i] = under
             .map(|w| set.intensity(LightId(0), w).max_channel())

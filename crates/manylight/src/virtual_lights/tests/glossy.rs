@@ -23,7 +23,7 @@ fn tables_hold_exactly_the_reflected_flux() {
                 photon: 0,
                 probability: 1.0,
             }]);
-            let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+            let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
             let emitted = emitted(&set, LightId(0));
             let target = set.profile_flux().scattered;
             for c in 0..3 {
@@ -59,7 +59,7 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                 probability: 1.0,
             })
             .collect();
-        let set = VirtualLights::rich(&scene, unlimited(), &photons, &twice(&sites), TABLE);
+        let set = rich_lights(&scene, unlimited(), &photons, &twice(&sites), TABLE);
         let expected: Rgb = photons
             .iter()
             .map(|p| {
@@ -90,7 +90,7 @@ fn wide_lobes_keep_their_shape() {
         photon: 0,
         probability: 1.0,
     }]);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
     let bsdf = scene.bsdf(&scene.surface_point(photons[0].at));
     let peak = bsdf.f_cos_wo(
         photons[0].wi,
@@ -119,7 +119,7 @@ fn many_photons_keep_their_mean_lobe() {
                 let u = (set as f32 + 0.3) / sets as f32;
                 let sites = select(&photons, &weights, lights, u);
                 let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
-                VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE)
+                rich_lights(&scene, unlimited(), &photons, &clusters, TABLE)
             })
             .collect();
         let (mut error, mut total) = (0.0, 0.0);
@@ -152,7 +152,7 @@ fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3],
         photon: 0,
         probability: 1.0,
     }]);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, form);
     let flux = set.profile_flux();
     let emitted = emitted_in_squares(&set, LightId(0), 1025);
     (emitted, flux.emitted, flux.scattered)
@@ -204,7 +204,7 @@ fn storages_agree_within_their_rounding() {
     let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let set = |storage| {
         let form = GlossyForm::Table { side: 32, storage };
-        VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form)
+        rich_lights(&scene, unlimited(), &photons, &clusters, form)
     };
     let exact = set(TableStorage::Float);
     let mut sizes = Vec::new();
@@ -293,7 +293,7 @@ fn mixtures_at_their_edges() {
     }]);
     for flux in [Rgb::BLACK, Rgb::new(0.0, 1.0, 0.0)] {
         let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, flux)];
-        let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, lobes);
+        let set = rich_lights(&scene, unlimited(), &photons, &clusters, lobes);
         for w in directions(200) {
             let value = set.intensity(LightId(0), w);
             assert_eq!(value.is_black(), w.z <= 0.0 || flux.is_black(), "{w}");
@@ -305,7 +305,7 @@ fn mixtures_at_their_edges() {
     // A transmitting light emits on both sides with all of its flux.
     let scene = floor(rough_glass(0.3));
     let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, lobes);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, lobes);
     let target = set.profile_flux().scattered;
     assert!(close(emitted(&set, LightId(0))[1], target[1], 1e-4));
     assert!(directions(200).any(|w| w.z < -0.5 && set.intensity(LightId(0), w).g > 0.1));

@@ -5,7 +5,7 @@ mod emission;
 mod glossy;
 mod set;
 
-use super::testing::{candidates, photon};
+use super::testing::{candidates, photon, rich_lights, single_lights};
 use super::*;
 use crate::bsdf::Material;
 use crate::color::Rgb;

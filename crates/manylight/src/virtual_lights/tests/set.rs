@@ -32,7 +32,7 @@ fn lights_on_a_ball_are_on_its_surface() {
     }];
     let weights = vec![1.0; photons.len()];
     let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
     let light = set
         .lights()
         .iter()
@@ -66,7 +66,7 @@ fn lights_are_not_in_holes() {
         probability: 1.0,
     }];
     let (clusters, _) = assign(&scene, &candidates(&photons, &[1.0; 200]), &sites, 0.5);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
     for light in set.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
     }
@@ -84,8 +84,7 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
             max_depth,
             ..unlimited()
         };
-        VirtualLights::rich(&scene, limits, &photons, &clusters, TABLE)
-            .share_up_to(LightId(0), depth)
+        rich_lights(&scene, limits, &photons, &clusters, TABLE).share_up_to(LightId(0), depth)
     };
     // Depths 1 to 4 have equal flux.
     for (depth, expected) in [
@@ -110,7 +109,7 @@ fn areas_add_up_to_the_floor() {
     let photons = photons_on_floor(&scene, 5000, 8);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 400, 0.3);
-    let set = VirtualLights::single(
+    let set = single_lights(
         &scene,
         unlimited(),
         &photons,
@@ -137,7 +136,7 @@ fn the_flux_of_a_room_balances() {
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
     let (clusters, nearest) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
-    let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
+    let set = rich_lights(&scene, unlimited(), &photons, &clusters, TABLE);
     let is_unassigned = |photon: &&Photon| {
         let location = SurfaceLocation::of_photon(photon, &scene);
         nearest.light(&scene, &location).is_none()
