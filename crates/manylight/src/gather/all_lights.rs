@@ -4,7 +4,6 @@ use super::batch_sums::BatchSums;
 use super::points::Batch;
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
-use crate::ids::LightId;
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
 
@@ -41,8 +40,7 @@ impl SimdKernel for AddLights<'_> {
 
     #[inline(always)]
     fn run<I: Simd>(self, isa: I) {
-        let subset = self.batches[0].lights;
-        let lights = subset.indices(self.lights.set.lights().len());
+        let lights = self.lights.in_order(self.batches[0].lights);
         let (connections, groups) = (lights.len(), self.lights.groups);
         let mut sum = BatchSums::new(
             isa.wide(),
@@ -53,7 +51,7 @@ impl SimdKernel for AddLights<'_> {
             groups.max(1),
         )
         .with_roulette();
-        for id in lights.map(|k| LightId(k as u32)) {
+        for id in lights {
             if groups > 0 {
                 sum.slot = self.lights.set.lights()[id.index()].group.index();
             }
