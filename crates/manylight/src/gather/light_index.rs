@@ -2,7 +2,7 @@
 
 use super::points::LightCylinder;
 use super::subset::Subset;
-use crate::ids::LightId;
+use crate::ids::{LightGroup, LightId};
 use crate::light_tree::LightTree;
 use crate::virtual_lights::{SurfaceLocation, VirtualLights};
 
@@ -49,15 +49,11 @@ impl<'s> LightIndex<'s> {
     /// The same lights, of which `groups` light groups are told apart; 0 for none. Without a tree
     /// yet.
     pub fn of_groups(self, groups: usize) -> Self {
-        let lights = self.set.lights();
+        let of_lights: Vec<LightGroup> =
+            self.set.lights().iter().map(|light| light.group).collect();
         let progress = match groups {
             0 => Vec::new(),
-            _ => (lights.chunk_by(|a, b| a.group == b.group))
-                .flat_map(|group| {
-                    let count = group.len() as f32;
-                    (0..group.len()).map(move |k| (k as f32 + 0.5) / count)
-                })
-                .collect(),
+            _ => progress_in_groups(&of_lights),
         };
         LightIndex {
             groups,
@@ -109,5 +105,27 @@ impl<'s> LightIndex<'s> {
                 area: self.set.unassigned_area(y.p),
             },
         }
+    }
+}
+
+/// The fraction of its group that lies before each light, for lights sorted by group.
+fn progress_in_groups(groups: &[LightGroup]) -> Vec<f32> {
+    let of_group = |group: &[LightGroup]| {
+        let count = group.len();
+        (0..count).map(move |k| (k as f32 + 0.5) / count as f32)
+    };
+    groups.chunk_by(|a, b| a == b).flat_map(of_group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_go_ahead_together() {
+        let groups = [0, 0, 0, 0, 1, 2, 2].map(LightGroup);
+        let progress = progress_in_groups(&groups);
+        assert_eq!(progress[..5], [0.125, 0.375, 0.625, 0.875, 0.5]);
+        assert_eq!(progress[5..], [0.25, 0.75]);
     }
 }

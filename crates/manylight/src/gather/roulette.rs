@@ -17,6 +17,10 @@ const FIRST_LIGHTS: f32 = 8.0;
 /// traced together. It is the largest ratio, over the points, of the unshadowed light to
 /// [`Gather::roulette`] times the mean over the lights so far.
 ///
+/// A part of a light takes a shadow ray as a whole one does, so that its own light is compared. With
+/// the light of all parts instead, 2 passes of five scenes took 1.03 times the time at an equal
+/// error, in pixels and in blocks.
+///
 /// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
 /// 10.4.1. Deviation: one probability for up to 64 points.
 #[derive(Debug)]
@@ -64,7 +68,7 @@ impl Roulette {
             }
         }
         let largest = largest.store().into_iter().fold(0.0, f32::max);
-        let survival = largest * self.lights / (self.threshold * weight);
+        let survival = largest * self.lights / self.threshold;
         if survival >= 1.0 || self.lights <= FIRST_LIGHTS {
             return true;
         }

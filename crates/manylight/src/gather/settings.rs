@@ -73,8 +73,8 @@ pub struct Gather {
     /// Divisor of the area that a light represents, as clamping and spheres see it: progressive
     /// refinement.
     pub refinement: f32,
-    /// Threshold of Russian roulette before shadow rays: unshadowed light, relative to the mean
-    /// over the lights. 0: no roulette.
+    /// Threshold of Russian roulette before shadow rays: unshadowed light of a ray, relative to the
+    /// mean over the lights. 0: no roulette.
     pub roulette: f32,
 }
 
