@@ -39,6 +39,15 @@ struct Group<'i> {
     factors: [f32; 3],
 }
 
+/// What a picture is weighed for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RelitContent {
+    /// The picture and all layers that can be kept.
+    Layers,
+    /// The picture alone, for files without layers.
+    Picture,
+}
+
 /// The picture `image`, read from `path`, with other factors on the light of some groups. Layers
 /// that the factors would change otherwise are left out.
 ///
@@ -48,6 +57,7 @@ pub(crate) fn relight(
     path: &Path,
     image: &LayeredImage,
     weights: &[GroupWeight],
+    content: RelitContent,
 ) -> Result<LayeredImage, Failure> {
     let groups = weighed(path, groups(image), weights)?;
     let name = beauty(image);
@@ -55,22 +65,36 @@ pub(crate) fn relight(
         let message = format!("{} has no picture, only layers", shown_path(path));
         return Err(Failure::usage(message, "give an exr file of a render"));
     };
-    let variance = planes(image, &beside(name, "variance"));
-    let mut layers: Vec<ImageLayer> = Vec::new();
     let sums = (0..3).map(|c| weighed_sum(&groups, total[c], c)).collect();
-    layers.push(layer(picture_name(name), sums));
-    if let Some(alpha) = image.channel(&full_name(picture_name(name), "A")) {
-        let channel = full_name(picture_name(name), "A");
-        layers[0].channels.push((channel, alpha.to_vec()));
+    let mut picture = layer(picture_name(name), sums);
+    let alpha = full_name(picture_name(name), "A");
+    if let Some(values) = image.channel(&alpha) {
+        picture.channels.push((alpha, values.to_vec()));
     }
+    let mut layers = vec![picture];
+    if content == RelitContent::Layers {
+        layers.extend(other_layers(image, name, &groups));
+    }
+    Ok(LayeredImage {
+        layers,
+        metadata: metadata(image, &groups),
+        ..image_without_layers(image)
+    })
+}
+
+/// The variance of the sum of the groups, which is the layer `beauty`, the groups, and the layers
+/// that light does not change.
+fn other_layers(image: &LayeredImage, beauty: &str, groups: &[Group]) -> Vec<ImageLayer> {
+    let mut layers: Vec<ImageLayer> = Vec::new();
+    let variance = planes(image, &beside(beauty, "variance"));
     if let Some(variance) = variance
         && groups.iter().all(|group| group.variances.is_some())
     {
-        let of = |c: usize| weighed_variance(&groups, variance[c], c);
+        let of = |c: usize| weighed_variance(groups, variance[c], c);
         let variances = (0..3).map(of).collect();
-        layers.push(layer(&beside(name, "variance"), variances));
+        layers.push(layer(&beside(beauty, "variance"), variances));
     }
-    for group in &groups {
+    for group in groups {
         let times = |planes: [&[f32]; 3], power: i32| {
             let plane = |c: usize| {
                 let factor = group.factors[c].powi(power);
@@ -91,11 +115,7 @@ pub(crate) fn relight(
             .filter(|layer| is_kept(&layer.name))
             .cloned(),
     );
-    Ok(LayeredImage {
-        layers,
-        metadata: metadata(image, &groups),
-        ..image_without_layers(image)
-    })
+    layers
 }
 
 /// The last part of the name of a layer, and what stands before it.
@@ -325,7 +345,7 @@ mod tests {
             factors,
         };
         let weights: Vec<_> = weights.iter().map(weight).collect();
-        relight(Path::new("a.exr"), image, &weights)
+        relight(Path::new("a.exr"), image, &weights, RelitContent::Layers)
     }
 
     #[test]

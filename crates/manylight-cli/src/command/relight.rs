@@ -4,11 +4,12 @@ use crate::args::RelightArgs;
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
-use crate::relight::relight;
+use crate::relight::{RelitContent, relight};
 use crate::request::check_formats;
-use manylight_io::image::{DisplayTransform, read_layered_image, write_image};
+use manylight_io::image::{DisplayTransform, ImageFormat, read_layered_image, write_image};
 use manylight_io::{check_replaceable, shown_path};
 use serde_json::{Map, Value, json};
+use std::path::PathBuf;
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.relight/1";
@@ -19,7 +20,12 @@ pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
     (args.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
     let interrupt = Interrupt::install()?;
     let image = read_layered_image(&args.image)?;
-    let picture = relight(&args.image, &image, &args.groups)?;
+    let has_layers = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
+    let content = match args.outputs.iter().any(has_layers) {
+        true => RelitContent::Layers,
+        false => RelitContent::Picture,
+    };
+    let picture = relight(&args.image, &image, &args.groups, content)?;
     let display = DisplayTransform {
         exposure_ev: args.exposure,
         view: args.view,

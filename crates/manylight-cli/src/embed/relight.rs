@@ -1,7 +1,7 @@
 //! Light groups of pictures in memory, weighed anew.
 
 use crate::failure::Failure;
-use crate::relight::relight;
+use crate::relight::{RelitContent, relight};
 use crate::values::GroupWeight;
 use manylight_io::image::LayeredImage;
 use std::path::Path;
@@ -26,5 +26,6 @@ pub fn relit(image: &LayeredImage, groups: &[(String, [f32; 3])]) -> Result<Laye
         Path::new("the picture"),
         image,
         &weights.collect::<Vec<_>>(),
+        RelitContent::Layers,
     )
 }
