@@ -20,15 +20,19 @@ pub(crate) fn method_kind(preset: &Preset, options: &LightArgs) -> Result<Method
         MethodKind::ManyLight(method) => {
             override_settings(method, MANY_LIGHT, preset, options)?;
             follow(method, options);
+            refuse_without_meaning(method, MANY_LIGHT, options)?;
             method.check().map_err(contradiction)?;
         }
-        MethodKind::PhotonMap(method) => override_settings(method, PHOTON_MAP, preset, options)?,
+        MethodKind::PhotonMap(method) => {
+            override_settings(method, PHOTON_MAP, preset, options)?;
+            refuse_without_meaning(method, PHOTON_MAP, options)?;
+        }
         _ => override_settings(&mut (), &[], preset, options)?,
     }
     Ok(kind)
 }
 
-/// Sets the given options, and refuses those without a meaning.
+/// Sets the given options, and refuses those of other methods.
 fn override_settings<M>(
     method: &mut M,
     table: &[LightOption<M>],
@@ -49,6 +53,15 @@ fn override_settings<M>(
             (option.set)(method, value).map_err(expected)?;
         }
     }
+    Ok(())
+}
+
+/// Refuses given options that have no meaning beside the other settings.
+fn refuse_without_meaning<M>(
+    method: &M,
+    table: &[LightOption<M>],
+    given: &LightArgs,
+) -> Result<(), Failure> {
     for option in table
         .iter()
         .filter(|option| given.get(option.name).is_some())

@@ -10,7 +10,7 @@ use manylight::integrators::{Choice, Method, MethodKind};
 use manylight_denoise::Version;
 use manylight_lab::text::quoted;
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Number, Value, json};
 
 /// All settings of a render, including defaults and settings of the scene.
 #[derive(Debug)]
@@ -58,9 +58,7 @@ impl Settings<'_> {
         let request = self.request;
         let mut map = Map::new();
         for (name, value) in light_options::settings(&request.kind) {
-            let number = value.parse::<u64>().map(Value::from);
-            let value = number.unwrap_or(Value::String(value));
-            map.insert(name.replace('-', "_"), value);
+            map.insert(name.replace('-', "_"), number_or_word(value));
         }
         match &request.kind {
             MethodKind::ManyLight(method) => {
@@ -192,9 +190,27 @@ fn option_words(name: &str, value: Value) -> Vec<String> {
     vec![option, text]
 }
 
+/// A setting as JSON: a number where it is one.
+fn number_or_word(value: String) -> Value {
+    let whole = value.parse::<u64>().ok().map(Value::from);
+    let number = || value.parse::<f64>().ok().and_then(Number::from_f64);
+    whole
+        .or_else(|| number().map(Value::Number))
+        .unwrap_or(Value::String(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn settings_are_numbers_or_words() {
+        let json = |value: &str| number_or_word(value.to_owned());
+        assert_eq!(json("512"), Value::from(512));
+        assert_eq!(json("0.02"), Value::from(0.02));
+        assert_eq!(json("none"), Value::from("none"));
+        assert_eq!(json("inf"), Value::from("inf"));
+    }
     use crate::args::{Cli, Command};
     use clap::Parser;
 

@@ -1,6 +1,6 @@
 //! Materials as a scene file describes them: scattering models with textured parameters, and
 //! wrappers. At a point, a material is a [`Bsdf`](super::Bsdf). Names and meanings are those of
-//! Mitsuba 3's plugins.
+//! Mitsuba 3's plugins; what it does not have is as in Mitsuba 0.x or PBRT.
 
 use crate::color::Rgb;
 use crate::ids::{MaterialId, TextureId};

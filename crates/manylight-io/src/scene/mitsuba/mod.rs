@@ -9,8 +9,8 @@
 //!    and fills the [`SceneDesc`] of `builder`.
 //! 4. `assets` reads meshes and images in parallel.
 //!
-//! To add a plugin, add its name to the `SUPPORTED` list of its family (for textures and spectra
-//! that of `family`) and an arm to the `match` there.
+//! CONTRIBUTING.md says how to add a plugin. The names of textures and spectra are in the list of
+//! `family`.
 
 mod bsdfs;
 mod builder;

@@ -751,7 +751,7 @@ fn tilts() -> Vec<Named> {
     ]
 }
 
-/// The names are those of the table of reference values.
+/// A row of the table of reference values has the name of its case; not every case has one.
 fn all_cases() -> Vec<Case> {
     let lists = [
         diffuse_and_conductors(),
@@ -795,8 +795,8 @@ fn ward(variant: WardVariant) -> Material {
     }
 }
 
-/// A point with the shading frame of the world's axes and the given geometric normal.
-/// A point with the geometric normal `ng` and these texture coordinates.
+/// A point with the shading frame of the world's axes, the geometric normal `ng` and these texture
+/// coordinates.
 pub(super) fn surface_at(ng: Vec3, uv: Vec2) -> SurfacePoint {
     SurfacePoint {
         p: Vec3::ZERO,

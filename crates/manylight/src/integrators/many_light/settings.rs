@@ -101,7 +101,10 @@ impl EmissionKind {
     }
 }
 
-/// Bound on the `1 / d²` singularity of a connection.
+/// How the bound on the `1 / d²` singularity of a connection is chosen: the [`Clamp`] of a group of
+/// passes follows from the areas of its lights.
+///
+/// [`Clamp`]: crate::gather::Clamp
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClampRule {
     /// No bound.
