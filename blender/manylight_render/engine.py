@@ -110,6 +110,7 @@ class Job:
     def __init__(self, engine, manylight, exported, options, scene, view_layer):
         self.engine, self.manylight, self.exported, self.options = engine, manylight, exported, options
         self.passes = passes.enabled(view_layer, TERMS)
+        self.groups = passes.of_light_groups(view_layer)
         self.is_transparent = scene.render.film_transparent
         self.view_layer = view_layer
         engine.update_stats("", "Loading the scene")
@@ -163,6 +164,8 @@ class Job:
     def images(self):
         """The picture after each pass, or the denoised one at the end."""
         options = self.options | self.window() | {"hide_emitters": self.exported["hide_emitters"]}
+        if self.groups:
+            options["light_groups"] = True
         if "denoise" not in options:
             yield from self.scene.passes(**options)
             return
@@ -209,8 +212,11 @@ class Job:
         """Fills the passes of the result."""
         picture = np.asarray(image)
         alpha = image.layers.get("alpha", np.ones(picture.shape[:2], np.float32))
-        shown = {"Combined": passes.combined(picture, alpha, background, self.is_transparent)} | surfaces
+        behind = passes.behind(alpha, background)
+        shown = {"Combined": passes.combined(picture, alpha, behind, self.is_transparent)} | surfaces
         shown |= {name: image.layers[name] for name, _, _ in self.passes if name in TERMS and name in image.layers}
+        if self.groups:
+            shown |= passes.light_groups(image.layers, self.groups, self.exported["world_group"], behind)
         layer = result.layers[0]
         for name, values in shown.items():
             target = layer.passes.find_by_name(name, "")

@@ -2,6 +2,7 @@
 """Panels of the engine in the properties editor."""
 
 import bpy
+from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 
 ENGINE = "MANYLIGHT"
 # Panels of EEVEE that show what this engine uses as well: surfaces, worlds and lamps.
@@ -62,7 +63,39 @@ class VIEWLAYER_PT_manylight_passes(EnginePanel, bpy.types.Panel):
         column.prop(layer.manylight, "terms")
 
 
-CLASSES = (RENDER_PT_manylight_method, RENDER_PT_manylight_film, VIEWLAYER_PT_manylight_passes)
+class VIEWLAYER_PT_manylight_light_groups(EnginePanel, ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
+    bl_label = "Light Groups"
+    bl_context = "view_layer"
+
+
+class OBJECT_PT_manylight_light_group(EnginePanel, bpy.types.Panel):
+    bl_label = "Light Group"
+    bl_context = "object"
+
+    def draw(self, context):
+        self.column().prop_search(context.object, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+
+
+class WORLD_PT_manylight_light_group(EnginePanel, bpy.types.Panel):
+    bl_label = "Light Group"
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context):
+        self.column().prop_search(context.world, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+
+
+CLASSES = (
+    RENDER_PT_manylight_method,
+    RENDER_PT_manylight_film,
+    VIEWLAYER_PT_manylight_passes,
+    VIEWLAYER_PT_manylight_light_groups,
+    OBJECT_PT_manylight_light_group,
+    WORLD_PT_manylight_light_group,
+)
 
 
 def shared_panels():

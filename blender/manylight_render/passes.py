@@ -5,6 +5,9 @@ import numpy as np
 
 # Depth where there is no surface, as in Cycles.
 FAR = 1e10
+# Start of the names of light groups' passes and layers, and the layer of the world.
+GROUP = "Combined_"
+WORLD_LAYER = f"{GROUP}environment"
 # Coverage below which a pixel has no surface.
 LEAST_COVERAGE = 1e-6
 
@@ -19,12 +22,29 @@ def enabled(view_layer, terms):
         (own.albedo, "Denoising Albedo", "RGB", "COLOR"),
     ]
     chosen += [(own.terms, name, "RGB", "COLOR") for name in terms]
+    chosen += [(True, name, "RGB", "COLOR") for name in of_light_groups(view_layer)]
     return [(name, channels, kind) for is_on, name, channels, kind in chosen if is_on]
 
 
 def of_surfaces(view_layer, terms):
     """Names of the enabled passes that describe the first surface."""
-    return {name for name, _, _ in enabled(view_layer, terms)}.difference(terms)
+    return {name for name, _, _ in enabled(view_layer, terms)}.difference(terms, of_light_groups(view_layer))
+
+
+def of_light_groups(view_layer):
+    """Names of the passes of the light groups, those of Cycles."""
+    return [f"{GROUP}{group.name}" for group in view_layer.lightgroups]
+
+
+def light_groups(layers, names, world_group, behind):
+    """The passes `names` of light groups from the layers of a picture. The world has a layer of its own, which belongs to the group
+    `world_group`, if that is not empty, with the light `behind` the picture, (height, width, 3)."""
+    nothing = np.zeros_like(behind)
+    found = {name: layers.get(name, nothing) for name in names}
+    world = f"{GROUP}{world_group}"
+    if world in found:
+        found[world] = found[world] + layers.get(WORLD_LAYER, nothing) + behind
+    return found
 
 
 # What other engines offer and this one does not, by property of the view layer.
@@ -58,15 +78,21 @@ def unavailable(view_layer):
     return [name for prop, name in UNAVAILABLE.items() if getattr(view_layer, prop, False)]
 
 
-def combined(picture, alpha, background, is_transparent):
-    """The picture over its background: (height, width, 4), premultiplied. `background`: (3,) or (height, width, 3), or None."""
+def behind(alpha, background):
+    """The light of the background in a picture: (height, width, 3). `background`: (3,) or (height, width, 3), or None."""
+    light = np.zeros((*alpha.shape, 3), np.float32)
+    if background is not None:
+        light += (1 - np.clip(alpha, 0, 1))[..., None] * background
+    return light
+
+
+def combined(picture, alpha, light_behind, is_transparent):
+    """The picture over its background: (height, width, 4), premultiplied."""
     result = np.empty((*picture.shape[:2], 4), np.float32)
     result[..., :3], result[..., 3] = picture, alpha
-    if is_transparent:
-        return result
-    if background is not None:
-        result[..., :3] += (1 - np.clip(alpha, 0, 1))[..., None] * background
-    result[..., 3] = 1
+    if not is_transparent:
+        result[..., :3] += light_behind
+        result[..., 3] = 1
     return result
 
 

@@ -67,3 +67,24 @@ def test_terms_add_up_to_the_picture():
     sky = np.array([0.2, 0.3, 0.4])
     assert rest.min() > -1e-3 and np.all(rest.max((0, 1)) < sky + 1e-3)
     assert np.allclose(rest[0, 0], sky, atol=1e-3)
+
+
+def test_light_groups_are_those_of_cycles():
+    stage()
+    layer, scene = bpy.context.view_layer, bpy.context.scene
+    for name in ("key", "glow", "sky", "empty"):
+        layer.lightgroups.add(name=name)
+    scenes.lamp("POINT", (2, -2, 2), energy=100)
+    scene.objects["area"].lightgroup = "key"
+    scene.objects["Cube.001"].lightgroup = "glow"
+    scene.world.lightgroup = "sky"
+    ours, theirs = renders.manylight("path"), renders.cycles()
+    for name in ("key", "glow", "sky"):
+        a, b = (found[f"Combined_{name}"] for found in (ours, theirs))
+        ratios = a.mean((0, 1)) / b.mean((0, 1))
+        print(name, ratios.round(4))
+        assert np.abs(ratios - 1).max() < 0.02, f"{name}: {ratios}"
+    assert ours["Combined_empty"].max() == 0
+    # The point lamp is in no group.
+    groups = sum(ours[f"Combined_{name}"] for name in ("key", "glow", "sky"))
+    assert renders.color(ours).mean() > 1.05 * groups.mean()

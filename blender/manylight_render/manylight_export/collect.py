@@ -26,10 +26,11 @@ class Collected:
     """The content of a view layer."""
 
     def __init__(self):
-        self.placed = []  # (name, mesh, matrix)
+        self.placed = []  # (name, mesh, matrix, light group)
         self.lamps = []
         self.camera = None
         self.world = None
+        self.has_groups = False  # whether the view layer has light groups
         self.error = None
         self.warnings = {}  # message -> name of the first, or None
 
@@ -79,10 +80,11 @@ def take(depsgraph, size, result):
             if key not in meshes:
                 meshes[key] = mesh_of(item, depsgraph, override)
             if meshes[key] is not None:
-                result.placed.append((item.name, meshes[key], matrix))
+                result.placed.append((item.name, meshes[key], matrix, item.lightgroup))
         elif item.type in UNSUPPORTED:
             result.warn(f"{UNSUPPORTED[item.type]} are not rendered", item.name)
     result.world = scene.world and scene.world.original
+    result.has_groups = len(depsgraph.view_layer_eval.lightgroups) > 0
     add_camera(scene, depsgraph, size, result)
     if scene.render.use_motion_blur:
         result.warn("motion blur is ignored")
@@ -130,6 +132,7 @@ def add_lamp(item, matrix, result):
         color=tuple(color * shader_factor(light, result)),
         normalize=light.normalize,
         is_seen=item.visible_camera,
+        group=item.lightgroup,
     )
     if light.type in ("POINT", "SPOT"):
         lamp.radius = light.shadow_soft_size

@@ -15,8 +15,12 @@ from .glb import Glb
 
 # Sun lamps of a smaller angular diameter in radians are parallel light; larger ones become discs of the environment.
 SMALLEST_SUN = math.radians(0.2)
+# Light group of what has none.
+NO_GROUP = "rest"
 # Points by which a spot lamp with a radius is replaced.
 SPOT_POINTS = 32
+# Opacity of surfaces that emit: in glTF, it scales the emission as well, so that it cannot be 0.
+LAMP_OPACITY = 1e-4
 EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 PUNCTUAL = "KHR_lights_punctual"
 
@@ -49,6 +53,7 @@ class Lamp:
     size: float = 0.0
     size_y: float = 0.0
     is_seen: bool = False  # by the camera
+    group: str = ""  # light group
 
 
 def colored(strength, color):
@@ -146,16 +151,16 @@ class LampWriter:
         lights = glb.json.setdefault("extensions", {}).setdefault(PUNCTUAL, {}).setdefault("lights", [])
         lights.append({"type": kind, "name": lamp.name, **colored(strength, lamp.color), **more})
         extension = {PUNCTUAL: {"light": len(lights) - 1}}
-        glb.add_node(name=lamp.name, matrix=in_gltf(rigid(matrix)), extensions=extension)
+        glb.add_node(name=lamp.name, matrix=in_gltf(rigid(matrix)), extensions=extension, extras=group_extras(lamp.group))
 
     def surface(self, lamp, positions, triangles, matrix, radiance):
         """A surface that emits to its front and neither reflects nor blocks light, as lamps of Cycles."""
         glb = self.glb
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         world = world @ geometry.GLTF_FROM_BLENDER[:3, :3].T
-        emission = colored(radiance, lamp.color)
+        emission = colored(radiance / LAMP_OPACITY, lamp.color)
         glb.use(EMISSIVE_STRENGTH)
-        material = invisible(lamp.name) | {
+        material = invisible(lamp.name, LAMP_OPACITY) | {
             "emissiveFactor": emission["color"],
             "extensions": {EMISSIVE_STRENGTH: {"emissiveStrength": emission["intensity"]}},
         }
@@ -166,7 +171,12 @@ class LampWriter:
         else:
             self.hidden += 1
         mesh = glb.append("meshes", {"name": lamp.name, "primitives": [primitive]})
-        glb.add_node(name=lamp.name, mesh=mesh)
+        glb.add_node(name=lamp.name, mesh=mesh, extras=group_extras(lamp.group))
+
+
+def group_extras(group):
+    """The extras of a node with emitters of a light group; without them, the loader takes the name of the node for the group."""
+    return {"lightgroup": group or NO_GROUP}
 
 
 def spiral(count):
@@ -178,10 +188,10 @@ def spiral(count):
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
 
 
-def invisible(name):
-    """A material that light passes without change."""
+def invisible(name, opacity=0):
+    """A material that light passes without change but for its opacity."""
     return {
         "name": name,
         "alphaMode": "BLEND",
-        "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 0], "metallicFactor": 0, "roughnessFactor": 1},
+        "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, opacity], "metallicFactor": 0, "roughnessFactor": 1},
     }

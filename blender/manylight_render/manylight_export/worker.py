@@ -18,7 +18,7 @@ sys.path.append(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 from manylight_export import cameras, collect, exr, materials, shells, world  # noqa: E402
 from manylight_export.glb import Glb  # noqa: E402
-from manylight_export.lamps import PUNCTUAL, LampWriter  # noqa: E402
+from manylight_export.lamps import PUNCTUAL, SMALLEST_SUN, LampWriter, group_extras  # noqa: E402
 
 EXPORTED = dict(
     export_format="GLB",
@@ -67,12 +67,17 @@ def export(request, folder):
         found.warn("pixels are rendered square, whatever the aspect ratio of pixels")
     film = cameras.film(found.camera, size, request["border"])
     glb_path = os.path.join(folder, "scene.glb")
-    export_meshes(found, glb_path)
+    groups = export_meshes(found, glb_path)
     glb = Glb.read(glb_path)
+    for node in glb.json.get("nodes", []):
+        node["extras"] = group_extras(groups.get(node.get("name")))
     emitting = {i for i, material in enumerate(glb.json.get("materials", [])) if shells.emits(material)}
     writer = LampWriter(glb)
     for lamp in found.lamps:
         writer.add(lamp)
+    world_group = found.world.lightgroup if found.world else ""
+    if found.has_groups:
+        warn_about_suns(found, world_group)
     has_hidden = writer.hidden > 0 or not all(sun.is_seen for sun in writer.suns)
     hides = has_hidden or scene.render.film_transparent or not camera_sees(found.world) or request["needs_coverage"]
     if hides:
@@ -91,7 +96,14 @@ def export(request, folder):
         "size": film.size,
         "window": film.window,
         "camera": found.camera.matrix.tolist(),
+        "world_group": world_group,
     }
+
+
+def warn_about_suns(found, world_group):
+    for lamp in found.lamps:
+        if lamp.kind == "SUN" and lamp.angle >= SMALLEST_SUN and lamp.group != world_group:
+            found.warn("sun lamps of an angle from 0.2 degrees on have the light group of the world", lamp.name)
 
 
 def load(request):
@@ -112,11 +124,11 @@ def load(request):
 
 
 def export_meshes(found, path):
-    """Writes what was collected by Blender's glTF exporter, from a scene made for it."""
+    """Writes what was collected by Blender's glTF exporter, from a scene made for it. The light groups of its nodes, by name."""
     scene = bpy.data.scenes.new("export")
-    used = {}
+    used, groups = {}, {}
     fallback = None
-    for name, mesh, matrix in found.placed:
+    for name, mesh, matrix, group in found.placed:
         if not mesh.materials:
             fallback = fallback or materials.default_material()
             mesh.materials.append(fallback)
@@ -126,14 +138,16 @@ def export_meshes(found, path):
                 mesh.materials[i] = fallback
             else:
                 used[material.name_full] = material
-        place(scene, name, mesh, matrix)
+        groups[place(scene, name, mesh, matrix)] = group
     for material in used.values():
         materials.prepare(material, found.warn)
     bpy.context.window.scene = scene
     bpy.ops.export_scene.gltf(filepath=path, **EXPORTED)
+    return groups
 
 
 def place(scene, name, mesh, matrix):
+    """Adds an object; its name, of which there is one in the file."""
     transform = mathutils.Matrix(matrix)
     item = bpy.data.objects.new(name, mesh)
     location, rotation, scale = transform.decompose()
@@ -147,6 +161,7 @@ def place(scene, name, mesh, matrix):
     else:
         item.matrix_world = transform
     scene.collection.objects.link(item)
+    return item.name
 
 
 def lighting(glb, sky, suns, folder):
