@@ -13,7 +13,7 @@
 //! ```text
 //! 10 command embed
 //!  9 prepared
-//!  8 part pre_pass
+//!  8 part pre_pass interim
 //!  7 session memory
 //!  6 report
 //!  5 relight repeat study_interface
@@ -29,6 +29,7 @@ mod choice;
 mod command;
 pub mod embed;
 mod failure;
+mod interim;
 mod interrupt;
 mod light_groups;
 mod light_options;

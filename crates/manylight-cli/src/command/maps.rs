@@ -3,8 +3,8 @@
 
 use super::render::open;
 use crate::args::{DisplayArgs, MapsArgs};
-use crate::embed::maps::{check_memory_of_maps, checked_maps};
 use crate::failure::{DONE, Failure};
+use crate::interim::{check_memory_of_maps, checked_maps};
 use crate::interrupt::Interrupt;
 use crate::output::print_message;
 use crate::preset::no_lights;

@@ -4,14 +4,13 @@
 //! names, defaults and messages.
 
 mod held_scene;
-pub(crate) mod maps;
 mod options;
 mod parts;
 mod relight;
 mod render;
 
+pub use crate::interim::interim_maps;
 pub use held_scene::HeldScene;
-pub use maps::interim_maps;
 pub use options::{RenderOption, pass_limit, render_options};
 pub use parts::{PartBlocks, merge, part_header, render_part};
 pub use relight::relit;
