@@ -36,14 +36,14 @@ def of_light_groups(view_layer):
     return [f"{GROUP}{group.name}" for group in view_layer.lightgroups]
 
 
-def light_groups(layers, names, world_group, behind):
+def light_groups(layers, names, world_group, light_behind):
     """The passes `names` of light groups from the layers of a picture. The world has a layer of its own, which belongs to the group
-    `world_group`, if that is not empty, with the light `behind` the picture, (height, width, 3)."""
-    nothing = np.zeros_like(behind)
+    `world_group`, if that is not empty, with the light behind the picture, (height, width, 3)."""
+    nothing = np.zeros_like(light_behind)
     found = {name: layers.get(name, nothing) for name in names}
     world = f"{GROUP}{world_group}"
     if world in found:
-        found[world] = found[world] + layers.get(WORLD_LAYER, nothing) + behind
+        found[world] = found[world] + layers.get(WORLD_LAYER, nothing) + light_behind
     return found
 
 

@@ -66,7 +66,7 @@ impl<'s> LightIndex<'s> {
     /// groups at once.
     ///
     /// Roulette compares a light with the mean of those before it. One group after the other, a
-    /// bright group would be compared with a dim one: eight groups in the Disco had 1.56 times the
+    /// bright group would be compared with a dim one: eight groups in the Disco had 1.04 times the
     /// shadow rays.
     pub(super) fn in_order(&self, subset: Subset) -> Vec<LightId> {
         let mut ids: Vec<LightId> = (subset.indices(self.set.lights().len()))

@@ -98,20 +98,7 @@ impl Builder<'_> {
                 times(diffuse_reflectance);
                 times(specular_reflectance);
             }
-            Material::Plastic { .. }
-            | Material::Phong { .. }
-            | Material::Ward { .. }
-            | Material::Substrate { .. }
-            | Material::Principled(_)
-            | Material::PrincipledThin(_) => return false,
-            // Wrappers.
-            Material::Blend { .. }
-            | Material::Sum { .. }
-            | Material::Mask { .. }
-            | Material::Null
-            | Material::TwoSided { .. }
-            | Material::BumpMap { .. }
-            | Material::NormalMap { .. } => return false,
+            _ => return false,
         }
         true
     }
