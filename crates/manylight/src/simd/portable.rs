@@ -22,7 +22,19 @@ fn map<const N: usize, T: Copy>(value: impl Fn(usize) -> T) -> [T; N] {
     out
 }
 
-/// The operations on the numbers of a lane.
+/// A lane of a mask.
+#[inline(always)]
+fn word_of(lane: bool) -> u32 {
+    u32::from(lane).wrapping_neg()
+}
+
+/// `a` where the bits of `m` are set, `b` elsewhere.
+#[inline(always)]
+fn blend(m: u32, a: u32, b: u32) -> u32 {
+    (m & a) | (!m & b)
+}
+
+/// The operations on the numbers of a lane, but those of its truth value.
 macro_rules! operations {
     ($implement:ident) => {
         $implement! {
@@ -38,12 +50,6 @@ macro_rules! operations {
             mul_sub(a: F, b: F, c: F) -> F = a * b - c;
             mul_sign(a: F, b: F) -> F = f32::from_bits(a.to_bits() ^ (b.to_bits() & 0x8000_0000));
             copy_sign(a: F, b: F) -> F = a.copysign(b);
-            le(a: F, b: F) -> M = a <= b;
-            lt(a: F, b: F) -> M = a < b;
-            select(m: M, a: F, b: F) -> F = if m { a } else { b };
-            and(a: M, b: M) -> M = a & b;
-            or(a: M, b: M) -> M = a | b;
-            not(m: M) -> M = !m;
             float_bits(x: F) -> U = x.to_bits();
             floats_of_bits(x: U) -> F = f32::from_bits(x);
             add_words(a: U, b: U) -> U = a.wrapping_add(b);
@@ -52,8 +58,6 @@ macro_rules! operations {
             and_words(a: U, b: U) -> U = a & b;
             xor_words(a: U, b: U) -> U = a ^ b;
             reverse_bits(a: U) -> U = a.reverse_bits();
-            equal_words(a: U, b: U) -> M = a == b;
-            select_words(m: M, a: U, b: U) -> U = if m { a } else { b };
         }
     };
 }
@@ -95,6 +99,16 @@ impl Width for One {
     type Each<T: Copy> = [T; 1];
 
     operations!(on_numbers);
+    on_numbers! {
+        le(a: F, b: F) -> M = a <= b;
+        lt(a: F, b: F) -> M = a < b;
+        select(m: M, a: F, b: F) -> F = if m { a } else { b };
+        and(a: M, b: M) -> M = a & b;
+        or(a: M, b: M) -> M = a | b;
+        not(m: M) -> M = !m;
+        equal_words(a: U, b: U) -> M = a == b;
+        select_words(m: M, a: U, b: U) -> U = if m { a } else { b };
+    }
 
     #[inline(always)]
     fn each<T: Copy>(self, mut value: impl FnMut(usize) -> T) -> [T; 1] {
@@ -149,11 +163,22 @@ impl Width for One {
 impl<const N: usize> Width for Portable<N> {
     const LANES: usize = N;
     type F = [f32; N];
-    type M = [bool; N];
+    /// All bits of a lane, or none. Bytes would be packed and unpacked between the vectors.
+    type M = [u32; N];
     type U = [u32; N];
     type Each<T: Copy> = [T; N];
 
     operations!(on_arrays);
+    on_arrays! {
+        le(a: F, b: F) -> M = word_of(a <= b);
+        lt(a: F, b: F) -> M = word_of(a < b);
+        select(m: M, a: F, b: F) -> F = f32::from_bits(blend(m, a.to_bits(), b.to_bits()));
+        and(a: M, b: M) -> M = a & b;
+        or(a: M, b: M) -> M = a | b;
+        not(m: M) -> M = !m;
+        equal_words(a: U, b: U) -> M = word_of(a == b);
+        select_words(m: M, a: U, b: U) -> U = blend(m, a, b);
+    }
 
     #[inline(always)]
     fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; N] {
@@ -185,15 +210,14 @@ impl<const N: usize> Width for Portable<N> {
     }
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline)]
-    fn bits(self, m: [bool; N]) -> u32 {
-        m.iter()
-            .rev()
-            .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
+    fn bits(self, m: [u32; N]) -> u32 {
+        let lanes = m.iter().enumerate();
+        lanes.fold(0, |bits, (i, lane)| bits | (lane & 1 << i))
     }
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline)]
-    fn mask(self, bits: u32) -> [bool; N] {
-        map(|i| bits >> i & 1 != 0)
+    fn mask(self, bits: u32) -> [u32; N] {
+        map(|i| word_of(bits & 1 << i != 0))
     }
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline)]
