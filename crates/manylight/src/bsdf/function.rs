@@ -10,6 +10,7 @@ use super::lobes::Classes;
 use super::model::Model;
 use super::response::{ByClass, Response};
 use crate::color::Rgb;
+use crate::geometry::SurfacePoints;
 use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width};
 use crate::math::{Cone, Spread, Vec3};
 use crate::simd::outlined;
@@ -17,6 +18,10 @@ use std::f32::consts::FRAC_1_PI;
 
 /// Most leaves of a material at a point; see [`Materials::bsdf`].
 pub(super) const MAX_LEAVES: usize = 4;
+
+/// Absolute cosine between shading normal and geometric normal from which they count as equal:
+/// rounding of interpolated normals.
+pub(super) const ALIGNED_COSINE: f32 = 0.9998;
 
 /// The scattering function at a point, or at a point of one material in each lane. It is `Copy`,
 /// and borrows only precomputed tables of the scene.
@@ -194,6 +199,22 @@ impl<'s> Bsdf<'s> {
 }
 
 impl<'s, S: Width> Bsdf<'s, S> {
+    /// The scattering functions of a material at `x` before its leaves are known.
+    #[inline(always)]
+    pub(crate) fn without_leaves(x: &SurfacePoints<S>) -> Self {
+        let s = x.offset.width();
+        Bsdf {
+            ng: x.ng,
+            frame: x.frame,
+            leaves: [None; MAX_LEAVES],
+            pass_through: [Float::splat(s, 0.0); 2],
+            is_transparent: false,
+            transmits: Mask::splat(s, false),
+            classes: Classes::splat(s, Lobes::NONE),
+            is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
+        }
+    }
+
     /// The instruction set of the lanes.
     #[inline(always)]
     pub(super) fn width(&self) -> S {

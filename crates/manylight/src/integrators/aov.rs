@@ -39,7 +39,8 @@ impl PacketShader for FirstVertices<'_, '_, '_> {
     #[inline(always)]
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let (round, lanes) = (self.round, self.round.lanes(packet));
-        let v = round.vertices(s, material, packet);
+        let mut v = round.vertices(s, material, packet);
+        v.add_leaves(round.scene, material);
         let mut at = round.arrive(s, &v, material);
         round.describe_and_pass_through(&mut at, lanes, self.next, self.out);
     }

@@ -319,7 +319,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// The vertices of `packet`, paths that hit `material`.
+    /// The vertices of `packet`, paths that hit `material`, before [`Vertices::add_leaves`].
     #[inline(always)]
     pub(super) fn vertices<S: Width>(
         &self,

@@ -62,7 +62,8 @@ impl LaneKernel for &Packet<'_> {
         } = self.case;
         let root = MaterialId::from(materials.descriptions().len() - 1);
         let points = SurfacePoints::load(s, &s.each(|i| self.points[i]));
-        let bsdf = materials.bsdfs(root, &points, textures);
+        let mut bsdf = Bsdf::without_leaves(&points);
+        materials.add_leaves(root, &points, textures, &mut bsdf);
         let given = Vector::from_fn(s, |i| self.given[i]);
         let other = Vector::from_fn(s, |i| self.other[i]);
         let u = Numbers {

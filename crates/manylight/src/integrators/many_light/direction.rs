@@ -55,8 +55,8 @@ fn emitter_samples(prepared: &PreparedPasses, role: GatherRole) -> u32 {
 }
 
 /// The gather points of a packet.
-struct Packet<'s, S: Width> {
-    v: Vertices<'s, S>,
+struct Packet<'v, S: Width> {
+    v: &'v Vertices<'v, S>,
     used: Mask<S>,
     /// Number of directions.
     counts: S::Each<u32>,
@@ -71,7 +71,9 @@ struct Packet<'s, S: Width> {
 impl PacketShader for Sampling<'_, '_> {
     #[inline(always)]
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let packet = Packet::new(s, self.prepared, self.points, material, packet);
+        let mut v = vertices(s, self.prepared, self.points, material, packet);
+        v.add_leaves(self.prepared.scene, material);
+        let packet = Packet::new(s, self.prepared, self.points, &v, packet.len());
         self.sample_emitters(&packet);
         self.sample_directions(&packet);
     }
@@ -108,14 +110,14 @@ impl Sampling<'_, '_> {
                 lanes: packet.lanes(|i| k < count(i)),
             };
             let scene = (prepared.scene, prepared.limits);
-            (self.connections).connect_emitters(scene, &packet.v, query, &reflection);
+            (self.connections).connect_emitters(scene, packet.v, query, &reflection);
         }
     }
 
     /// Samples directions of the non-specular lobes.
     #[inline(always)]
     fn sample_directions<S: Width>(&mut self, packet: &Packet<S>) {
-        let (v, s) = (&packet.v, packet.used.width());
+        let (v, s) = (packet.v, packet.used.width());
         let index = |i: usize| v.index.as_ref()[i];
         let per_direction = packet.emitters_per_direction();
         let path_eta_squared = Float::from_fn(s, |i| {
@@ -166,24 +168,38 @@ impl Sampling<'_, '_> {
     }
 }
 
-impl<'s, S: Width> Packet<'s, S> {
+/// The gather points `packet` as the ends of segments, before [`Vertices::add_leaves`].
+#[inline(always)]
+fn vertices<'s, S: Width>(
+    s: S,
+    prepared: &PreparedPasses<'s>,
+    points: &[GatherPoint],
+    material: MaterialId,
+    packet: &[u32],
+) -> Vertices<'s, S> {
+    let index = by_lane(s, packet);
+    let point = |i: usize| &points[index.as_ref()[i] as usize];
+    let ends = s.each(|i| SegmentEnd {
+        at: point(i).at.x.at,
+        distance: 0.0,
+        w_prev: point(i).at.wo,
+        segments: point(i).path.segments,
+    });
+    Vertices::at_ends(s, prepared.scene, material, index, &ends)
+}
+
+impl<'v, S: Width> Packet<'v, S> {
+    /// The first `count` of the gather points `v`.
     #[inline(always)]
     fn new(
         s: S,
-        prepared: &PreparedPasses<'s>,
-        points: &[GatherPoint<'s>],
-        material: MaterialId,
-        packet: &[u32],
+        prepared: &PreparedPasses,
+        points: &[GatherPoint],
+        v: &'v Vertices<'v, S>,
+        count: usize,
     ) -> Self {
-        let index = by_lane(s, packet);
-        let point = |i: usize| &points[index.as_ref()[i] as usize];
-        let ends = s.each(|i| SegmentEnd {
-            at: point(i).at.x.at,
-            distance: 0.0,
-            w_prev: point(i).at.wo,
-            segments: point(i).path.segments,
-        });
-        let used = used(packet.len());
+        let point = |i: usize| &points[v.index.as_ref()[i] as usize];
+        let used = used(count);
         let is_limited = lanes_where(used, |i| point(i).at.lit_from.is_some());
         Packet {
             used: Mask::from_bits(s, used),
@@ -196,7 +212,7 @@ impl<'s, S: Width> Packet<'s, S> {
                 Vector::from_fn(s, |i| point(i).at.lit_from.unwrap_or(Vec3::ZERO)),
                 Mask::from_bits(s, is_limited),
             ),
-            v: Vertices::at_ends(s, prepared.scene, material, index, &ends),
+            v,
         }
     }
 
@@ -221,7 +237,7 @@ impl<'s, S: Width> Packet<'s, S> {
 
 /// Reflection by the non-specular lobes at gather points.
 struct AtGatherPoints<'k, 's, S: Width> {
-    packet: &'k Packet<'s, S>,
+    packet: &'k Packet<'k, S>,
     points: &'k [GatherPoint<'s>],
     scales: &'k GroupScales,
     /// Emitter samples per direction.
@@ -235,7 +251,7 @@ struct AtGatherPoints<'k, 's, S: Width> {
 impl<S: Width> EmitterReflection<S> for AtGatherPoints<'_, '_, S> {
     #[inline(always)]
     fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2] {
-        let v = &self.packet.v;
+        let v = self.packet.v;
         let (f_cos, pdf) = (v.bsdf).responses(lights.wi, v.w_prev, Lobes::NON_SPECULAR);
         let fraction = (self.limits / f_cos.max_channel()).min(1.0);
         let weight = fraction * lights.mis_weight(pdf / self.per_direction);

@@ -208,7 +208,8 @@ impl PacketShader for Arriving<'_, '_, '_, '_> {
         if lanes.are_done() {
             return;
         }
-        let v = round.vertices(s, material, packet);
+        let mut v = round.vertices(s, material, packet);
+        v.add_leaves(round.scene, material);
         let mut at = round.arrive(s, &v, material);
         let TileGather {
             prepared,

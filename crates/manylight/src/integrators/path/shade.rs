@@ -32,7 +32,8 @@ impl PacketShader for Shading<'_, '_, '_> {
         if lanes.are_done() {
             return;
         }
-        let v = round.vertices(s, material, packet);
+        let mut v = round.vertices(s, material, packet);
+        v.add_leaves(round.scene, material);
         let mut at = round.arrive(s, &v, material);
         round.see_emitters(at.v, lanes.emits, |path, seen| {
             path.add_emitted(round.scene, seen, self.out);

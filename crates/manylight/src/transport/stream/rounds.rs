@@ -97,7 +97,8 @@ impl<T, V: VertexShader<T>> PacketShader for Round<'_, T, V> {
     #[inline(always)]
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let (scene, walks) = (self.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        let mut v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        v.add_leaves(scene, material);
         (self.shader).shade(&v, walks, used(packet.len()), self.next);
     }
 }

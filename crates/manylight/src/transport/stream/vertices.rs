@@ -127,7 +127,8 @@ pub(crate) fn by_lane<S: Width>(s: S, packet: &[u32]) -> S::Each<u32> {
 }
 
 impl<'a, S: Width> Vertices<'a, S> {
-    /// The vertices of the walks `packet`, all of which hit `material`.
+    /// The vertices of the walks `packet`, all of which hit `material`, before
+    /// [`Vertices::add_leaves`].
     #[inline(always)]
     pub(crate) fn new<T>(
         s: S,
@@ -151,7 +152,8 @@ impl<'a, S: Width> Vertices<'a, S> {
         Vertices::at_ends(s, scene, material, index, &ends)
     }
 
-    /// The vertices at the ends of the segments of the walks `index`, on `material`.
+    /// The vertices at the ends of the segments of the walks `index`, on `material`, before
+    /// [`Vertices::add_leaves`].
     #[inline(always)]
     pub(crate) fn at_ends(
         s: S,
@@ -168,7 +170,7 @@ impl<'a, S: Width> Vertices<'a, S> {
         let at = s.each(|i| end(i).at);
         let x = scene.geometry.surface_points(s, &at, derivatives);
         Vertices {
-            bsdf: scene.materials.bsdfs(material, &x, &scene.textures),
+            bsdf: Bsdf::without_leaves(&x),
             w_prev: Vector::from_fn(s, |i| end(i).w_prev),
             segments: s.each(|i| end(i).segments),
             distances: s.each(|i| end(i).distance),
@@ -176,6 +178,14 @@ impl<'a, S: Width> Vertices<'a, S> {
             index,
             x,
         }
+    }
+
+    /// Completes the scattering functions, by `material`. The second step of every packet: a
+    /// function that returned complete vertices would copy 13 kB of them.
+    #[inline(always)]
+    pub(crate) fn add_leaves(&mut self, scene: &'a Scene, material: MaterialId) {
+        let Vertices { x, bsdf, .. } = self;
+        (scene.materials).add_leaves(material, x, &scene.textures, bsdf);
     }
 
     /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the
