@@ -120,7 +120,7 @@ pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLigh
 /// Whether a light is several points from near; see [`LEAST_DISC`].
 #[inline(always)]
 fn is_disc(gather: &Gather, light: &VirtualLight) -> bool {
-    gather.kernel.needs_extent() && disc_area(light) > LEAST_DISC * light.area
+    gather.kernel == Kernel::Disc && disc_area(light) > LEAST_DISC * light.area
 }
 
 /// Part `k` of `light`, of which there are `count`. The one part of a light from far is all of it.

@@ -5,7 +5,7 @@
 //! Model with Bounded Albedo", 2010; Walter, "Notes on the Ward BRDF", 2005 (sampling).
 
 use super::fresnel::reflect;
-use super::phong::LobeOverBase;
+use super::lobe_over_base::LobeOverBase;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::material::WardVariant;
