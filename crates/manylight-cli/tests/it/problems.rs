@@ -119,6 +119,35 @@ fn strict_makes_a_warning_an_error() {
 }
 
 #[test]
+fn a_light_that_photons_miss_is_a_warning_with_its_name() {
+    let sky = |scale: f32| {
+        let panel = format!(
+            r#"<shape type="rectangle" id="sky_panel">
+<transform name="to_world"><scale value="{scale}"/><rotate x="1" angle="90"/><translate y="3"/></transform>
+<emitter type="area"><rgb name="radiance" value="1"/></emitter></shape></scene>"#
+        );
+        Folder::new(&BOX.replace("</scene>", &panel))
+    };
+    for (scale, method, expected) in [
+        (3000.0, "rich-vpl", 1),
+        (3000.0, "photon-map", 1),
+        (3000.0, "path", 0),
+        (3.0, "rich-vpl", 0),
+    ] {
+        let words = format!("render scene.xml -m {method} --passes 1 -o a.exr --json");
+        let report = sky(scale).run(&words).code(0).json();
+        let warnings = report["warnings"].as_array().unwrap();
+        assert_eq!(warnings.len(), expected, "{scale} {method}: {report}");
+        for warning in warnings {
+            let warning = warning.as_str().unwrap();
+            for words in ["photons carry only", "sky_panel", "--method path"] {
+                assert!(warning.contains(words), "{warning}");
+            }
+        }
+    }
+}
+
+#[test]
 fn lost_photons_are_a_warning() {
     let lamp = |scale: f32| {
         let rectangle = |content: &str, transform: &str| {
