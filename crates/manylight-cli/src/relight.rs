@@ -13,10 +13,10 @@
 //! has light; in general it is an estimate, never above the bound (Σ c_g σ_g)².
 
 use crate::failure::Failure;
-use crate::picture::{GROUP, GROUP_VARIANCE, RGB, full_name};
+use crate::picture::{GROUP_VARIANCE, RGB, full_name};
 use crate::values::GroupWeight;
 use manylight::film::Layer;
-use manylight_io::image::{ImageLayer, LayeredImage, is_combined};
+use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, is_combined, light_group};
 use manylight_io::shown_path;
 use manylight_lab::noise::NOISY;
 use rayon::prelude::*;
@@ -160,22 +160,17 @@ fn planes<'i>(image: &'i LayeredImage, layer: &str) -> Option<[&'i [f32]; 3]> {
 }
 
 /// The light groups of a picture.
-fn groups(image: &LayeredImage) -> Vec<Group<'_>> {
-    let group = |layer: &'_ ImageLayer| {
-        let name = last_part(&layer.name).0.strip_prefix(GROUP)?;
-        Some((name.len(), planes(image, &layer.name)?))
-    };
-    let groups = image.layers.iter().filter_map(|layer| {
-        let (length, planes_of_group) = group(layer)?;
+fn groups<'i>(image: &'i LayeredImage) -> Vec<Group<'i>> {
+    let group = |layer: &'i ImageLayer| {
         Some(Group {
-            name: &layer.name[layer.name.len() - length..],
+            name: light_group(&layer.name)?,
             layer: &layer.name,
-            planes: planes_of_group,
+            planes: planes(image, &layer.name)?,
             variances: planes(image, &variance_name(&layer.name)),
             factors: [1.0; 3],
         })
-    });
-    groups.collect()
+    };
+    image.layers.iter().filter_map(group).collect()
 }
 
 /// `groups` with their factors.
@@ -188,7 +183,7 @@ fn weighed<'i>(
         return Err(Failure::usage(
             format!("{} has no light groups", shown_path(path)),
             format!(
-                "expected layers {GROUP}NAME, which `manylight render --light-groups` writes to exr files"
+                "expected layers {LIGHT_GROUP}NAME, which `manylight render --light-groups` writes to exr files"
             ),
         ));
     }
@@ -279,7 +274,7 @@ fn is_kept(name: &str) -> bool {
         depends && layer.name() == last
     };
     !depends.contains(&last)
-        && !last.starts_with(GROUP)
+        && light_group(name).is_none()
         && !last.starts_with(GROUP_VARIANCE)
         && !Layer::ALL.iter().any(is_term)
 }

@@ -2,7 +2,7 @@
 
 Usage: python page_in_chromium.py FOLDER SCENE [OPTIONS OF render ...]
 
-Writes growing.png, layer.png, paused.png and done.png to FOLDER. The render must take 20 s or more with several passes, for example by -m path --time 25s. Needs the Python package
+Writes growing.png, layer.png, paused.png and done.png to FOLDER; with --light-groups, also growing_lights.png and done_lights.png. The render must take 20 s or more with several passes, for example by -m path --time 25s. Needs the Python package
 playwright, and Chromium: from MANYLIGHT_BROWSER, or found by name. Without them, a note is printed and nothing is checked. MANYLIGHT names
 the program; default: manylight.
 """
@@ -87,6 +87,37 @@ class Page:
         self.page.screenshot(path=os.path.join(folder, name))
 
 
+    def set_lights(self, stops):
+        """Moves the sliders of all light groups."""
+        self.page.evaluate("""stops => {
+            for (const slider of document.querySelectorAll(".lights input[type=range]")) {
+                slider.value = stops;
+                slider.dispatchEvent(new Event("input"));
+            }
+        }""", stops)
+
+    def wait_for_mean(self, is_reached, seconds=30):
+        for _ in range(10 * seconds):
+            if is_reached(self.mean()):
+                return
+            self.page.wait_for_timeout(100)
+        sys.exit(f"the picture has the mean {self.mean()}")
+
+
+def use_lights(page, folder, name):
+    """Weighs the light groups, if there are any."""
+    if page.page.locator(".lights").count() == 0:
+        return
+    rendered = page.mean()
+    page.set_lights(-4)
+    page.wait_for_mean(lambda mean: mean < 0.2 * rendered)
+    page.set_lights(1)
+    page.wait_for_mean(lambda mean: mean > rendered + 2)
+    page.shot(folder, name)
+    page.set_lights(0)
+    page.wait_for_mean(lambda mean: abs(mean - rendered) < 2)
+
+
 def use(page, folder, render):
     page.wait_for(r"pass \d+")
     first = page.passes()
@@ -99,6 +130,7 @@ def use(page, folder, render):
 
     page.wait_for(f"pass (?!{first}\\b)")
     page.shot(folder, "growing.png")
+    use_lights(page, folder, "growing_lights.png")
 
     layers = page.page.eval_on_selector_all("#layer option", "options => options.map((option) => option.value)")
     before = page.mean()
@@ -128,6 +160,7 @@ def use(page, folder, render):
         assert page.page.input_value("#layer") == layer and page.mean() >= 0
     page.choose(layers[0])
     page.shot(folder, "done.png")
+    use_lights(page, folder, "done_lights.png")
     return layers
 
 

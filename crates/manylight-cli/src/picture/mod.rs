@@ -19,16 +19,13 @@ use crate::names::AovNames;
 use manylight::film::{Film, IdLayer, Layer};
 use manylight::image::Image;
 use manylight_io::image::{
-    Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LayeredImage, write_image,
+    Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, write_image,
 };
 use manylight_lab::noise::{self, NOISY};
 use std::path::PathBuf;
 
 pub(crate) const RGB: &[&str] = &["R", "G", "B"];
 
-/// Start of the name of a light group's layer: that of Blender's light groups, which compositors
-/// know.
-pub(crate) const GROUP: &str = "Combined_";
 /// Start of the name of a light group's layer of variances, before that of its layer.
 pub(crate) const GROUP_VARIANCE: &str = "variance_";
 
@@ -112,8 +109,8 @@ impl NamedFilm<'_> {
     pub(crate) fn name_of(&self, layer: Layer) -> String {
         match layer {
             Layer::LightGroup(group) => match self.groups.get(group.index()) {
-                Some(name) => format!("{GROUP}{name}"),
-                None => format!("{GROUP}{}", group.0),
+                Some(name) => format!("{LIGHT_GROUP}{name}"),
+                None => format!("{LIGHT_GROUP}{}", group.0),
             },
             _ => layer.name().into_owned(),
         }

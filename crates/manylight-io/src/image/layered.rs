@@ -158,6 +158,15 @@ pub fn is_combined(layer: &str) -> bool {
     layer.rsplit('.').next() == Some("Combined")
 }
 
+/// Start of the name of a light group's layer: that of Blender's light groups, which compositors
+/// know.
+pub const LIGHT_GROUP: &str = "Combined_";
+
+/// The name of the light group that a layer has, by the last part of the layer's name.
+pub fn light_group(layer: &str) -> Option<&str> {
+    layer.rsplit('.').next()?.strip_prefix(LIGHT_GROUP)
+}
+
 /// One image from `planes`, each of `width * height` values.
 pub fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
     let data = (0..width * height)

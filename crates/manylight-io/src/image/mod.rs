@@ -24,7 +24,10 @@ mod tests;
 
 pub use cryptomatte::Cryptomatte;
 pub(crate) use finite::{NotFinite, make_finite};
-pub use layered::{ImageCamera, ImageLayer, ImageWindow, LayeredImage, interleave, is_combined};
+pub use layered::{
+    ImageCamera, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, interleave, is_combined,
+    light_group,
+};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use view::{DisplayTransform, View};
 pub use write::{ImageFormat, check_writable, encode_png, write_image};

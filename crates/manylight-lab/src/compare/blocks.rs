@@ -205,12 +205,8 @@ mod tests {
     fn frame(width: usize, height: usize, value: f32, variance: Option<f32>) -> ComparisonImage {
         let count = width * height;
         ComparisonImage {
-            width,
-            height,
-            rgb: vec![[value; 3]; count],
             variance: variance.map(|v| vec![[v; 3]; count]),
-            correlation: NoiseCorrelation::None,
-            emission: None,
+            ..ComparisonImage::from_rgb(width, height, vec![[value; 3]; count])
         }
     }
 

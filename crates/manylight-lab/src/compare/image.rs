@@ -1,6 +1,6 @@
 //! The channels of an image that a comparison needs.
 
-use super::layers::{self, NotFound};
+use super::layers::{self, Found, NotFound};
 use crate::noise::{self, MeanNoise, NOISY};
 use manylight_io::image::LayeredImage;
 use std::fmt;
@@ -21,6 +21,17 @@ pub struct ComparisonImage {
     /// Emitted radiance seen directly or through specular reflection and refraction; `None` if it
     /// is not known.
     pub emission: Option<Vec<[f32; 3]>>,
+    /// The light groups; none for a layer.
+    pub light: LightGroups,
+}
+
+/// The light groups of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightGroups {
+    /// The name and the linear RGB values of each group, row by row.
+    pub groups: Vec<(String, Vec<[f32; 3]>)>,
+    /// What the groups add up to, where this is not the image: the image before it was denoised.
+    pub sum: Option<Vec<[f32; 3]>>,
 }
 
 /// What is known of the correlation between the noise of different pixels.
@@ -88,6 +99,7 @@ impl ComparisonImage {
             variance: None,
             correlation: NoiseCorrelation::None,
             emission: None,
+            light: LightGroups::default(),
         }
     }
 
@@ -122,6 +134,10 @@ impl ComparisonImage {
                 },
             },
             emission: beside("emission"),
+            light: match found.is_image() {
+                true => LightGroups::of(picture, &found),
+                false => LightGroups::default(),
+            },
         })
     }
 
@@ -135,6 +151,21 @@ impl ComparisonImage {
         self.emission
             .as_ref()
             .is_some_and(|emission| emission[i] != [0.0; 3])
+    }
+}
+
+impl LightGroups {
+    /// The light groups of the image `found`.
+    fn of(picture: &LayeredImage, found: &Found) -> Self {
+        let groups = found.light_groups(picture).into_iter();
+        let groups: Vec<_> = groups
+            .map(|(name, group)| (name.to_owned(), group.rgb()))
+            .collect();
+        let noisy = found.beside(picture, NOISY).map(|noisy| noisy.rgb());
+        LightGroups {
+            sum: noisy.filter(|_| !groups.is_empty()),
+            groups,
+        }
     }
 }
 
@@ -247,6 +278,28 @@ mod tests {
             (noisy.rgb[0], noisy.variance),
             ([2.0; 3], Some(vec![[0.25; 3]; 2]))
         );
+    }
+
+    #[test]
+    fn the_light_groups_of_an_image_are_found() {
+        let rgb = |prefix: &str, v| ["R", "G", "B"].map(|c| (format!("{prefix}{c}"), v));
+        for (image, scene) in [("", ""), ("View.Combined.", "View.")] {
+            let channels = [
+                rgb(image, 3.0),
+                rgb(&format!("{scene}noisy."), 3.5),
+                rgb(&format!("{scene}Combined_key."), 2.0),
+                rgb(&format!("{scene}variance_Combined_key."), 0.1),
+                rgb("Other.Combined_rim.", 1.0),
+            ];
+            let channels = channels.as_flattened();
+            let channels: Vec<_> = channels.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+            let picture = picture(&channels);
+            let light = |layer| ComparisonImage::new(&picture, layer).unwrap().light;
+            let groups = vec![("key".to_owned(), vec![[2.0; 3]; 2])];
+            let sum = Some(vec![[3.5; 3]; 2]);
+            assert_eq!(light(None), LightGroups { groups, sum });
+            assert_eq!(light(Some("noisy")), LightGroups::default(), "a layer");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! of the scene and one of its passes. The last part of such a name finds it, if only one layer has
 //! it.
 
-use manylight_io::image::{LayeredImage, is_combined};
+use manylight_io::image::{LayeredImage, is_combined, light_group};
 
 /// A layer with colors.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,12 +24,24 @@ impl<'p> Found<'p> {
 
     /// The layer `name` beside this one, in the same layer of Blender's scene.
     pub(super) fn beside(&self, picture: &'p LayeredImage, name: &str) -> Option<Found<'p>> {
-        let of_scene = self.name.rsplit_once('.').map(|(before, _)| before);
-        let is = |other: &Found| match of_scene {
-            Some(before) => other.name.strip_prefix(before) == Some(&format!(".{name}")),
-            None => other.name == name,
-        };
-        colored_layers(picture).into_iter().find(is)
+        let beside = colored_layers(picture).into_iter();
+        beside
+            .filter(|other| other.scene_layer() == self.scene_layer())
+            .find(|other| other.is(name))
+    }
+
+    /// The layers of light groups beside this one, with the names of the groups.
+    pub(super) fn light_groups(&self, picture: &'p LayeredImage) -> Vec<(&'p str, Found<'p>)> {
+        let beside = colored_layers(picture).into_iter();
+        beside
+            .filter(|other| other.scene_layer() == self.scene_layer())
+            .filter_map(|other| Some((light_group(other.name)?, other)))
+            .collect()
+    }
+
+    /// The layer of Blender's scene; `None` in files without them.
+    fn scene_layer(&self) -> Option<&'p str> {
+        self.name.rsplit_once('.').map(|(before, _)| before)
     }
 
     /// Whether this is the layer of this name in any layer of a scene.

@@ -257,12 +257,8 @@ mod tests {
 
     fn frame(pixels: &[[f32; 3]], variance: Option<f32>) -> ComparisonImage {
         ComparisonImage {
-            width: pixels.len(),
-            height: 1,
-            rgb: pixels.to_vec(),
             variance: variance.map(|v| vec![[v; 3]; pixels.len()]),
-            correlation: NoiseCorrelation::None,
-            emission: None,
+            ..ComparisonImage::from_rgb(pixels.len(), 1, pixels.to_vec())
         }
     }
 

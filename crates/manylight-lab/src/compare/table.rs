@@ -148,17 +148,13 @@ fn aligned(rows: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ComparisonImage, NoiseCorrelation, compare};
+    use super::super::{ComparisonImage, compare};
     use super::*;
 
     fn frame(value: f32) -> ComparisonImage {
         ComparisonImage {
-            width: 8,
-            height: 8,
-            rgb: vec![[value; 3]; 64],
             variance: Some(vec![[0.01; 3]; 64]),
-            correlation: NoiseCorrelation::None,
-            emission: None,
+            ..ComparisonImage::from_rgb(8, 8, vec![[value; 3]; 64])
         }
     }
 

@@ -66,6 +66,35 @@ struct EncodedPixels {
     rgb: String,
     /// HDR-FLIP of each pixel as one byte; `None` for the reference.
     flip: Option<String>,
+    /// The light groups, from which the page makes the picture with other lights.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lights: Vec<EncodedLight>,
+    /// What the groups add up to, where this is not `rgb`, in the same form.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sum: Option<String>,
+}
+
+/// A light group.
+#[derive(Debug, Serialize)]
+struct EncodedLight {
+    name: String,
+    /// As `rgb` of the image.
+    rgb: String,
+}
+
+impl EncodedPixels {
+    fn new(image: &ComparisonImage, flip: Option<&[f32]>) -> Self {
+        let light = |(name, rgb): &(String, Vec<[f32; 3]>)| EncodedLight {
+            name: name.clone(),
+            rgb: pixel_halves(rgb),
+        };
+        EncodedPixels {
+            rgb: pixel_halves(&image.rgb),
+            flip: flip.map(bytes),
+            lights: image.light.groups.iter().map(light).collect(),
+            sum: image.light.sum.as_deref().map(pixel_halves),
+        }
+    }
 }
 
 const METRICS: [MetricColumn; 7] = [
@@ -116,19 +145,13 @@ impl ImageGroup {
                 .iter()
                 .map(|metric| (metric.value)(comparison))
                 .collect(),
-            pixels: Some(EncodedPixels {
-                rgb: image_halves(image),
-                flip: Some(bytes(&comparison.flip_map)),
-            }),
+            pixels: Some(EncodedPixels::new(image, Some(&comparison.flip_map))),
         };
         let mut all: Vec<ViewerImage> = images.iter().zip(comparisons).map(shown).collect();
         all.push(ViewerImage {
             name: reference_name.to_owned(),
             metrics: Vec::new(),
-            pixels: Some(EncodedPixels {
-                rgb: image_halves(reference),
-                flip: None,
-            }),
+            pixels: Some(EncodedPixels::new(reference, None)),
         });
         ImageGroup {
             title,
@@ -199,8 +222,8 @@ fn html(title: &str, groups: &[ImageGroup], text: &[DocumentPart]) -> String {
     )
 }
 
-fn image_halves(image: &ComparisonImage) -> String {
-    halves(image.rgb.iter().flatten().copied())
+fn pixel_halves(rgb: &[[f32; 3]]) -> String {
+    halves(rgb.as_flattened().iter().copied())
 }
 
 /// Values as little-endian half floats, clamped to their range, in base64.
@@ -221,17 +244,11 @@ fn bytes(values: &[f32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{NoiseCorrelation, compare};
+    use crate::compare::{LightGroups, compare};
 
     fn frame(value: f32) -> ComparisonImage {
-        ComparisonImage {
-            width: 2,
-            height: 1,
-            rgb: vec![[value, 0.5, 1e9], [f32::NAN, -1.0, 0.0]],
-            variance: None,
-            correlation: NoiseCorrelation::None,
-            emission: None,
-        }
+        let rgb = vec![[value, 0.5, 1e9], [f32::NAN, -1.0, 0.0]];
+        ComparisonImage::from_rgb(2, 1, rgb)
     }
 
     #[test]
@@ -276,8 +293,22 @@ mod tests {
     }
 
     #[test]
+    fn images_with_light_groups_have_their_pixels() {
+        let mut image = frame(1.0);
+        let pixels = |image: &ComparisonImage| serde_json::json!(EncodedPixels::new(image, None));
+        assert_eq!(pixels(&image).get("lights"), None);
+        let groups = vec![("key".to_owned(), vec![[0.5; 3]; 2])];
+        let sum = Some(vec![[0.75; 3]; 2]);
+        image.light = LightGroups { groups, sum };
+        let half = halves([0.5; 6].into_iter());
+        let lights = serde_json::json!([{"name": "key", "rgb": half}]);
+        assert_eq!(pixels(&image)["lights"], lights);
+        assert_eq!(pixels(&image)["sum"], halves([0.75; 6].into_iter()));
+    }
+
+    #[test]
     fn pixels_are_halves() {
-        let decoded = STANDARD.decode(image_halves(&frame(1.0))).unwrap();
+        let decoded = STANDARD.decode(pixel_halves(&frame(1.0).rgb)).unwrap();
         let halves: Vec<f32> = decoded
             .chunks_exact(2)
             .map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32())

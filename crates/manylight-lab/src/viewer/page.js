@@ -4,15 +4,31 @@
 
   // Pixels.
 
-  /** Decodes the pixels of an image: linear values, and HDR-FLIP as bytes. Adds an empty cache of bitmaps. */
+  /** Decodes the pixels of an image: linear values by the chosen lights, and HDR-FLIP as bytes. Keeps a cache of bitmaps. */
   function decoded(image) {
-    if (!image.values) {
-      image.values = valuesOf(image.rgb);
+    if (!image.rendered) {
+      image.rendered = valuesOf(image.rgb);
       image.seen = image.flip ? bytesOf(image.flip) : null;
+    }
+    if (image.factors !== state.factors) {
+      image.factors = state.factors;
+      image.values = relitValues(image);
+      image.mean = undefined;
       image.bitmaps = new Map();
     }
     return image;
   }
+
+  /** Values of an image by the chosen lights; as rendered if it has no light groups. */
+  function relitValues(image) {
+    if (state.factors.size === 0 || !image.lights) return image.rendered;
+    image.groups ??= image.lights.map(({ name, rgb }) => [name, valuesOf(rgb)]);
+    image.added ??= image.sum ? valuesOf(image.sum) : image.rendered;
+    return relit(image.added, image.groups, state.factors);
+  }
+
+  /** `mode`, where it is known: HDR-FLIP is that of the lights as rendered. */
+  const knownMode = (mode) => (mode === "flip" && state.factors.size > 0 ? "image" : mode);
 
   const isLoaded = (group) => group.images[0].rgb !== undefined;
 
@@ -124,7 +140,7 @@
   function bitmapOf(group, image, mode, exposure) {
     const reference = decoded(group.images.at(-1));
     // The reference has no error: the image itself is displayed.
-    const shown = decoded(image).seen ? mode : "image";
+    const shown = decoded(image).seen ? knownMode(mode) : "image";
     const key = shown === "image" ? `image ${exposure}` : shown;
     if (!image.bitmaps.has(key)) {
       if (shown === "image") for (const old of image.bitmaps.keys()) if (old.startsWith("image")) image.bitmaps.delete(old);
@@ -158,6 +174,8 @@
     mode: "image",
     exposure: 0,
     split: 0.5,
+    // Factors of light groups.
+    factors: new Map(),
     // CSS pixels per image pixel, and position of the upper left corner of the image in its view, in CSS pixels.
     scale: 1,
     x: 0,
@@ -200,11 +218,12 @@
   const leftView = element("div", { class: "view" }, canvases[0], handle, ...tags);
   const rightView = element("div", { class: "view" }, canvases[1]);
   const views = element("div", { class: "views" }, leftView, rightView);
+  const lights = element("div");
   const readout = element("span");
   const scale = element("span");
   const status = element("div", { class: "state" }, readout, scale);
-  const figures = element("div", { class: "wide" });
-  document.body.append(title, about, bar, views, status, figures);
+  const figures = element("div", { class: "wide", title: "of the lights as rendered" });
+  document.body.append(title, about, bar, lights, views, status, figures);
   groupSelect.append(...data.groups.map((group) => element("option", {}, group.title)));
 
   function chooseGroup(index) {
@@ -212,7 +231,8 @@
     const named = (k) => group.images.findIndex((image) => image.name === state.group.images[k].name);
     const left = Math.max(named(state.left), 0);
     const right = named(state.right);
-    Object.assign(state, { group, left, right: right < 0 ? group.images.length - 1 : right, fitted: true, at: null });
+    Object.assign(state, { group, left, right: right < 0 ? group.images.length - 1 : right, fitted: true, at: null, factors: new Map() });
+    lights.replaceChildren();
     fillGroup();
     draw();
   }
@@ -220,6 +240,13 @@
   function change(changes) {
     Object.assign(state, changes);
     draw();
+  }
+
+  /** Sliders for the light groups that any image has. */
+  function fillLights() {
+    if (lights.hasChildNodes()) return;
+    const names = new Set(state.group.images.flatMap((image) => (image.lights ?? []).map(({ name }) => name)));
+    if (names.size > 0) lights.append(lightPanel([...names], (factors) => change({ factors })));
   }
 
   function fillGroup() {
@@ -270,6 +297,8 @@
       readout.textContent = "loading …";
       return load(group);
     }
+    fillLights();
+    figures.classList.toggle("stale", state.factors.size > 0);
     const [left, right] = [group.images[state.left], group.images[state.right]];
     tags[0].textContent = left.name;
     tags[1].textContent = right.name;
@@ -352,7 +381,7 @@
   function read() {
     const { group, mode } = state;
     if (!isLoaded(group)) return;
-    const { colors, scale: ends } = MODES[mode];
+    const { colors, scale: ends } = MODES[knownMode(mode)];
     if (colors) {
       const stops = [0, 64, 128, 192, 255].map((i) => `rgb(${colors[i].map(Math.round).join(" ")})`);
       scale.replaceChildren(`${ends[0]} `, element("span", { class: "scale", style: `background: linear-gradient(90deg, ${stops.join(",")})` }), ` ${ends[1]}`);
@@ -366,8 +395,9 @@
     const reference = decoded(group.images.at(-1));
     const line = (image) => {
       const rgb = [0, 1, 2].map((c) => decoded(image).values[i + c].toPrecision(4).padStart(9)).join(" ");
-      const error = image.seen ? `  error ${(100 * relativeError(image.values, reference.values, meanOf(reference), i)).toFixed(1)} %  FLIP ${(image.seen[i / 3] / 255).toFixed(2)}` : "";
-      return `${rgb}${error}  ${image.name}`;
+      const error = image.seen ? `  error ${(100 * relativeError(image.values, reference.values, meanOf(reference), i)).toFixed(1)} %` : "";
+      const flip = image.seen && knownMode("flip") === "flip" ? `  FLIP ${(image.seen[i / 3] / 255).toFixed(2)}` : "";
+      return `${rgb}${error}${flip}  ${image.name}`;
     };
     readout.textContent = `pixel ${pixel.column}, ${pixel.row}\n${line(group.images[state.left])}\n${line(group.images[state.right])}  `;
   }

@@ -1,5 +1,5 @@
 "use strict";
-// What pages with images share: elements, pixels as half floats, sRGB, pan and zoom.
+// What pages with images share: elements, pixels as half floats, sRGB, light groups, pan and zoom.
 
 // Elements.
 
@@ -55,6 +55,69 @@ function fillImage(out, rgb, gain) {
 }
 
 const signedText = (number) => `${number > 0 ? "+" : ""}${number}`;
+
+// Light groups. Factors are a map from the name of a group to [red, green, blue]; groups as rendered are left out.
+
+/** The light of no group, relative to the picture, below which it counts as the rounding of half floats. */
+const ROUNDING = 2 ** -9;
+const AS_RENDERED = [1, 1, 1];
+
+/** The sum of light groups, each [name, values], times their factors, and the light of `picture`, their sum, that belongs to none. */
+function relit(picture, groups, factors) {
+  const weighed = new Float32Array(picture.length);
+  const sum = new Float32Array(picture.length);
+  for (const [name, values] of groups) {
+    const factor = factors.get(name) ?? AS_RENDERED;
+    for (let i = 0; i < values.length; i++) {
+      sum[i] += values[i];
+      weighed[i] += factor[i % 3] * values[i];
+    }
+  }
+  for (let i = 0; i < picture.length; i++) {
+    const rest = picture[i] - sum[i];
+    if (rest > ROUNDING * Math.abs(picture[i])) weighed[i] += rest;
+  }
+  return weighed;
+}
+
+/** Ends of the sliders, in stops. The lower end is no light. */
+const OFF = -4;
+const BRIGHTEST = 4;
+
+const linear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+
+/** A slider and a color for each of these light groups. `changed` is called with the factors. */
+function lightPanel(names, changed) {
+  const words = element("code");
+  const tell = () => {
+    const factors = new Map();
+    for (const { name, stops, color, text } of rows) {
+      const strength = Number(stops.value) <= OFF ? 0 : 2 ** Number(stops.value);
+      text.textContent = strength === 0 ? "off" : Number(strength.toPrecision(3));
+      const channels = [1, 3, 5].map((i) => linear(Number.parseInt(color.value.slice(i, i + 2), 16) / 255));
+      const factor = channels.map((v) => Number((strength * v).toPrecision(3)));
+      if (factor.some((v) => v !== 1)) factors.set(name, factor);
+    }
+    const option = ([name, factor]) => `--group ${name}=${new Set(factor).size === 1 ? factor[0] : factor.join(",")}`;
+    words.textContent = factors.size > 0 ? `manylight relight ${[...factors].map(option).join(" ")}` : "";
+    changed(factors);
+  };
+  const row = (name) => ({
+    name,
+    stops: element("input", { type: "range", min: OFF, max: BRIGHTEST, step: 0.25, value: 0, "data-light": name, "aria-label": `Strength of ${name}`, oninput: tell }),
+    color: element("input", { type: "color", value: "#ffffff", "data-light": name, "aria-label": `Color of ${name}`, oninput: tell }),
+    text: element("output", {}, "1"),
+  });
+  const rows = names.map(row);
+  const reset = () => {
+    for (const { stops, color } of rows) [stops.value, color.value] = [0, "#ffffff"];
+    tell();
+  };
+  return element("div", { class: "lights" },
+    ...rows.map(({ name, stops, color, text }) => element("label", {}, name, stops, color, text)),
+    element("button", { type: "button", onclick: reset }, "As rendered"),
+    words);
+}
 
 // Pan and zoom. A place says where an image is in its view: `scale` in CSS pixels per image pixel; `x`, `y` of its upper left corner in CSS
 // pixels; `fitted` if it follows the size of the view; `at`, the position of the pointer in the view or null.

@@ -1,8 +1,9 @@
 //! The events that a page receives.
 //!
 //! While the render goes on, a page receives the one layer that it shows, each time the picture is
-//! renewed. A page that reads slowly gets the latest picture next. At the end it receives all
-//! layers, so that it can show them when the program has ended.
+//! renewed; a page that weighs the light groups, these too. A page that reads slowly gets the latest
+//! picture next. At the end it receives all layers, so that it can show them when the program has
+//! ended.
 //!
 //! | event | data |
 //! |---|---|
@@ -12,7 +13,8 @@
 use crate::picture::{Picture, Progress, RenderState};
 use axum::response::sse::Event;
 use futures_util::stream::{Stream, unfold};
-use manylight_io::image::ImageLayer;
+use manylight_io::image::{ImageLayer, light_group};
+use manylight_lab::noise::NOISY;
 use manylight_lab::viewer::halves;
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -48,17 +50,26 @@ struct LayerEntry<'p> {
     channels: Vec<&'p str>,
 }
 
-/// The events for one page, which shows the layer with this label, or the first one.
+/// What a page shows.
+#[derive(Debug)]
+pub(super) struct Shown {
+    /// Label of the layer; unknown ones mean the first.
+    pub(super) layer: String,
+    /// Whether the page weighs the light groups.
+    pub(super) lights: bool,
+}
+
+/// The events for one page.
 pub(super) fn events(
     mut latest: Receiver<Latest>,
-    layer: String,
+    shown: Shown,
 ) -> impl Stream<Item = Result<Event, Infallible>> {
     // The picture that is there counts as new.
     latest.mark_changed();
     let page = Page {
         latest,
-        layer,
-        phase: Phase::Growing,
+        shown,
+        phase: Phase::Waiting,
     };
     unfold(page, |mut page| async move {
         let event = page.next().await?;
@@ -69,16 +80,15 @@ pub(super) fn events(
 /// The state of a stream of events.
 struct Page {
     latest: Receiver<Latest>,
-    /// Label of the layer that the page shows.
-    layer: String,
+    shown: Shown,
     phase: Phase,
 }
 
 enum Phase {
-    /// Further pictures follow.
-    Growing,
-    /// The final picture, with the layers that are still to be sent.
-    Final(Arc<Picture>, VecDeque<usize>),
+    /// The next picture is sent when it comes.
+    Waiting,
+    /// A picture, with its layers that are still to be sent.
+    Sending(Arc<Picture>, VecDeque<usize>),
     /// Everything is sent.
     Ended,
 }
@@ -90,28 +100,44 @@ impl Page {
         loop {
             match &mut self.phase {
                 Phase::Ended => return None,
-                Phase::Final(picture, layers) => {
+                Phase::Sending(picture, layers) => {
                     if let Some(layer) = layers.pop_front() {
                         return Some(picture_event(picture, layer));
+                    }
+                    if picture.progress.state == RenderState::Rendering {
+                        self.phase = Phase::Waiting;
+                        continue;
                     }
                     self.phase = Phase::Ended;
                     return Some(Event::default().event("end").data(""));
                 }
-                Phase::Growing => {}
+                Phase::Waiting => {}
             }
             self.latest.changed().await.ok()?;
-            let Some(picture) = self.latest.borrow_and_update().clone() else {
-                continue;
-            };
-            let shown = index_of(&picture, &self.layer);
-            if picture.progress.state == RenderState::Rendering {
-                return Some(picture_event(&picture, shown));
+            if let Some(picture) = self.latest.borrow_and_update().clone() {
+                let layers = sent_layers(&picture, &self.shown);
+                self.phase = Phase::Sending(picture, layers);
             }
-            let others = (0..picture.layers.len()).filter(|&layer| layer != shown);
-            let layers = std::iter::once(shown).chain(others).collect();
-            self.phase = Phase::Final(picture, layers);
         }
     }
+}
+
+/// The layers of a picture that a page receives, that which it shows first.
+fn sent_layers(picture: &Picture, shown: &Shown) -> VecDeque<usize> {
+    let first = index_of(picture, &shown.layer);
+    let is_final = picture.progress.state != RenderState::Rendering;
+    let is_sent = |&k: &usize| {
+        let name = &picture.layers[k].name;
+        let is_light = k == 0 || light_group(name).is_some() || is_noisy(name);
+        k != first && (is_final || shown.lights && is_light)
+    };
+    let others = (0..picture.layers.len()).filter(is_sent);
+    std::iter::once(first).chain(others).collect()
+}
+
+/// Whether a layer is the image before it was denoised, to which the light groups add up.
+fn is_noisy(layer: &str) -> bool {
+    layer.rsplit('.').next() == Some(NOISY)
 }
 
 /// What a page calls a layer.
@@ -198,6 +224,28 @@ mod tests {
                 "layer": 1,
                 "values": halves([3000.5, 4000.5, 5000.5, 3001.5, 4001.5, 5001.5].into_iter()),
             })
+        );
+    }
+
+    #[test]
+    fn pages_receive_what_they_show() {
+        let layers = |state, layer: &str, lights| {
+            let mut picture = picture(2, 1, 4);
+            for name in ["Combined_key", "variance_Combined_key", "noisy"] {
+                let mut layer = picture.layers[1].clone();
+                layer.name = name.into();
+                picture.layers.push(layer);
+            }
+            picture.progress.state = state;
+            let layer = layer.into();
+            Vec::from(sent_layers(&picture, &Shown { layer, lights }))
+        };
+        assert_eq!(layers(RenderState::Rendering, "depth", false), [2]);
+        assert_eq!(layers(RenderState::Rendering, "image", true), [0, 3, 5]);
+        assert_eq!(layers(RenderState::Rendering, "depth", true), [2, 0, 3, 5]);
+        assert_eq!(
+            layers(RenderState::Done, "depth", false),
+            [2, 0, 1, 3, 4, 5]
         );
     }
 

@@ -11,6 +11,9 @@
     picture: null,
     // Layers of this picture by name: values, values as displayed, bitmap with its exposure.
     layers: new Map(),
+    // Factors of light groups, and the image by them once all groups of this picture are here.
+    factors: new Map(),
+    relit: null,
     // Events that came while the page was paused.
     held: [],
     // Of the connection: "open", "ended" after the final picture, "lost".
@@ -45,20 +48,23 @@
   const canvas = element("canvas");
   const above = element("div", { class: "above" }, "waiting for the first pass …");
   const view = element("div", { class: "view" }, canvas, above);
+  const lights = element("div");
   const done = element("div");
   const track = element("div", { class: "track" }, done);
   const readout = element("div", { class: "state" });
   const progress = element("p", { class: "progress", id: "progress", role: "status" });
-  document.body.append(element("h1", {}, info.title), progress, bar, track, element("div", { class: "views" }, view), readout,
+  document.body.append(element("h1", {}, info.title), progress, bar, lights, track, element("div", { class: "views" }, view), readout,
     element("p", {}, `manylight ${info.version}. Drag to pan, wheel or pinch to zoom, number keys choose a layer, space pauses.`));
 
   // Events.
 
   let source = null;
+  /** End of the address of events with light groups. */
+  const LIGHTS = "?lights";
 
   function connect() {
     source?.close();
-    source = new EventSource(`events/${encodeURIComponent(state.layer)}`);
+    source = new EventSource(`events/${encodeURIComponent(state.layer)}${state.factors.size > 0 ? LIGHTS : ""}`);
     source.addEventListener("picture", (event) => receive(JSON.parse(event.data)));
     source.addEventListener("end", () => {
       source.close();
@@ -74,24 +80,28 @@
   }
 
   const isFinal = (picture) => picture.state !== "rendering";
+  const isSamePicture = (a, b) => a.passes === b.passes && a.state === b.state;
 
   function receive(event) {
     if (!state.isPaused) return show(event);
-    // A newer picture replaces the one that is held; the final picture comes in several events.
-    state.held = isFinal(event) ? [...state.held.filter(isFinal), event] : [event];
+    // A newer picture replaces the one that is held; a picture may come in several events.
+    state.held = [...state.held.filter((held) => isSamePicture(held, event)), event];
     describe();
   }
 
   function show({ values, layer, ...picture }) {
     const last = state.picture;
-    const isSame = last && last.passes === picture.passes && last.state === picture.state;
-    if (!isSame) state.layers.clear();
+    const isSame = last && isSamePicture(last, picture);
+    if (!isSame) {
+      state.layers.clear();
+      state.relit = null;
+    }
     if (last && (last.width !== picture.width || last.height !== picture.height)) state.fitted = true;
     state.picture = picture;
     const { name, channels } = picture.layers[layer];
     state.layers.set(name, layerOf(channels, valuesOf(values)));
     nameLayers(picture.layers.map((entry) => entry.name));
-    if (name === state.layer || !isSame) draw();
+    if (name === state.layer || !isSame || (state.factors.size > 0 && !state.relit)) draw();
     describe();
   }
 
@@ -101,7 +111,12 @@
     layerSelect.replaceChildren(...names.map((name) => element("option", { value: name }, name)));
     if (!names.includes(state.layer)) state.layer = names[0];
     layerSelect.value = state.layer;
+    const groups = names.map(groupOf).filter((group) => group !== null);
+    lights.replaceChildren(...(groups.length > 0 ? [lightPanel(groups, chooseLights)] : []));
   }
+
+  /** The light group of a layer; null for other layers. */
+  const groupOf = (layer) => layer.match(/(?:^|\.)Combined_([^.]+)$/)?.[1] ?? null;
 
   // Layers.
 
@@ -122,8 +137,6 @@
     }
     return { channels, values, colors };
   }
-
-  const linear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
 
   /** The value that exceeds 99 % of a sample of the values in size; 1 if there is none. */
   function highest(values) {
@@ -147,7 +160,33 @@
     return layer.bitmap;
   }
 
+  /** The layer that is displayed: the image by the chosen lights. Undefined while parts of it are missing. */
+  function shownLayer() {
+    if (state.layer !== layerSelect.options[0].value || state.factors.size === 0) return state.layers.get(state.layer);
+    state.relit ??= relitLayer();
+    return state.relit ?? undefined;
+  }
+
+  function relitLayer() {
+    const names = state.picture.layers.map((entry) => entry.name);
+    // Groups add up to the image with its noise.
+    const sum = state.layers.get(names.find((name) => /(^|\.)noisy$/.test(name)) ?? names[0]);
+    const groups = names.filter((name) => groupOf(name) !== null).map((name) => [groupOf(name), state.layers.get(name)]);
+    if (!sum || groups.some(([, layer]) => !layer)) return null;
+    const colors = relit(sum.colors, groups.map(([name, layer]) => [name, layer.colors]), state.factors);
+    return { channels: ["R", "G", "B"], values: colors, colors };
+  }
+
   // What the user does.
+
+  function chooseLights(factors) {
+    state.factors = factors;
+    state.relit = null;
+    if (!shownLayer()) pause(false);
+    // The program sends the groups of each picture while they are needed.
+    if (state.link === "open" && source.url.endsWith(LIGHTS) !== factors.size > 0) connect();
+    draw();
+  }
 
   function chooseLayer(name) {
     state.layer = name;
@@ -195,7 +234,7 @@
   // Display.
 
   function draw() {
-    const layer = state.layers.get(state.layer);
+    const layer = shownLayer();
     if (!layer) return;
     above.hidden = true;
     const { width, height } = state.picture;
@@ -206,7 +245,7 @@
 
   /** Shows the values under the pointer. */
   function read() {
-    const layer = state.layers.get(state.layer);
+    const layer = shownLayer();
     if (!layer) return;
     const { width, height } = state.picture;
     const pixel = pixelAt(state, width, height);

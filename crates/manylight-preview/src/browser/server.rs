@@ -5,17 +5,18 @@
 //! | `/TOKEN/` | the page |
 //! | `/TOKEN/page.css`, `/TOKEN/shared.js`, `/TOKEN/live.js` | its parts |
 //! | `/TOKEN/events/LAYER` | server-sent events with the layer named `LAYER`, see [`super::events`] |
+//! | `/TOKEN/events/LAYER?lights` | these and the light groups |
 //!
 //! Every other path is unknown (404), and requests under a foreign name or from a foreign page are
 //! refused (403).
 
 use super::access::{check_sender, token};
 use super::connections::{ShowsPictures, serve};
-use super::events::{Latest, events};
+use super::events::{Latest, Shown, events};
 use super::page::{LIVE_SCRIPT, LIVE_STYLE, html};
 use crate::picture::{Picture, RenderInfo};
 use crate::target::Warn;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Path, RawQuery, Request, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn};
 use axum::response::sse::{KeepAlive, Sse};
@@ -189,13 +190,15 @@ fn router(token: &str, info: &RenderInfo, latest: watch::Sender<Latest>) -> Rout
 async fn send_events(
     State(latest): State<watch::Sender<Latest>>,
     Path(layer): Path<String>,
+    RawQuery(query): RawQuery,
     Extension(connection): Extension<ShowsPictures>,
 ) -> Response {
     if latest.receiver_count() >= MOST_PAGES {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many open pages\n").into_response();
     }
     connection.set();
-    Sse::new(events(latest.subscribe(), layer))
+    let lights = query.as_deref() == Some("lights");
+    Sse::new(events(latest.subscribe(), Shown { layer, lights }))
         .keep_alive(KeepAlive::default())
         .into_response()
 }

@@ -47,6 +47,29 @@ fn the_page_receives_the_growing_picture() {
     check_final(&last, &folder, "a.exr");
 }
 
+#[test]
+fn a_page_that_weighs_lights_receives_their_groups() {
+    let folder = Folder::new(BOX);
+    let options = "--light-group lamp=* --time 3s -o a.exr --preview browser:0";
+    let served = Served::start(&folder, &format!("{RENDER} {options}"));
+    let stream = served.get("events/image?lights");
+    served.end().0.code(0);
+
+    let events = events(&stream.body);
+    let name = |data: &Value| {
+        let layer = data["layer"].as_u64().unwrap() as usize;
+        data["layers"][layer]["name"].as_str().unwrap().to_owned()
+    };
+    let first = events[0].data["passes"].as_u64();
+    assert_eq!(events[0].data["state"], "rendering");
+    let pictures = events.iter().map(|event| &event.data);
+    let names: Vec<String> = pictures
+        .filter(|data| data["passes"].as_u64() == first && data["state"] == "rendering")
+        .map(name)
+        .collect();
+    assert_eq!(names, ["image", "Combined_lamp"]);
+}
+
 /// Checks that the events hold every layer of the file but its variances.
 fn check_final(last: &[&Value], folder: &Folder, file: &str) {
     let picture = read_layered_image(&folder.path(file)).unwrap();
