@@ -37,7 +37,7 @@ pub(crate) struct LightOption<M: 'static> {
     pub(crate) get: fn(&M) -> Option<String>,
 }
 
-/// An option for a number; rows say the rest.
+/// What a row leaves out: that of an option for a number, without a short name.
 const NUMBER: LightOption<ManyLight> = LightOption {
     name: "",
     short: None,

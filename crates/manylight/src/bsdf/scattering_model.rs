@@ -4,7 +4,8 @@
 //! Models work in a local frame with the normal as z axis, and are written in lanes: for one point
 //! or for sixteen. `respond` is `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over
 //! a cone of `wi`. `sample` and `pdf` take the given direction, `wi` or `wo`: sampling is the same
-//! for both, because visible half vectors depend on one direction only.
+//! for both, because visible half vectors depend on one direction only. Models are reciprocal,
+//! transmission up to the squared index: bounds over the directions that leave a light use it.
 
 use super::incident_cone::IncidentCone;
 use super::lobes::{Classes, Lobes};
@@ -54,7 +55,8 @@ pub(super) trait ScatteringModel<S: Width> {
         Float::splat(self.lobes().glossy.width(), 1.0)
     }
 
-    /// `a(wi)` of the `DIFFUSE` lobe, `f = a(wi) b(wo) / π`; black without such a lobe.
+    /// `a(wi)` of the `DIFFUSE` lobe, `f = a(wi) b(wo) / π`; black without such a lobe. A lobe with
+    /// another `b(wo)` than Lambert's needs an arm in `Model::exit_transmittance`.
     #[inline(always)]
     fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
         Color::black(wi.z.width())

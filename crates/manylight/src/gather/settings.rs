@@ -27,8 +27,8 @@ impl Kernel {
         }
     }
 
-    /// Whether a light is evaluated at the positions of several photons, so that it needs them even
-    /// where its emission is that of one photon.
+    /// Whether a light is evaluated elsewhere than at its own position, so that it needs those of
+    /// its photons even where its emission is that of one.
     #[inline(always)]
     pub fn needs_extent(self) -> bool {
         match self {
