@@ -86,7 +86,6 @@ class Page:
     def shot(self, folder, name):
         self.page.screenshot(path=os.path.join(folder, name))
 
-
     def set_lights(self, stops):
         """Moves the sliders of all light groups."""
         self.page.evaluate("""stops => {

@@ -155,7 +155,7 @@ impl LayeredImage {
 
 /// Whether a layer has the image, by its name: that of Blender's pass, in any layer of its scene.
 pub fn is_combined(layer: &str) -> bool {
-    layer.rsplit('.').next() == Some("Combined")
+    last_part(layer) == "Combined"
 }
 
 /// Start of the name of a light group's layer: that of Blender's light groups, which compositors
@@ -164,7 +164,12 @@ pub const LIGHT_GROUP: &str = "Combined_";
 
 /// The name of the light group that a layer has, by the last part of the layer's name.
 pub fn light_group(layer: &str) -> Option<&str> {
-    layer.rsplit('.').next()?.strip_prefix(LIGHT_GROUP)
+    last_part(layer).strip_prefix(LIGHT_GROUP)
+}
+
+/// The last part of the name of a layer or channel: `R` of `ViewLayer.Combined.R`.
+pub fn last_part(name: &str) -> &str {
+    name.rfind('.').map_or(name, |dot| &name[dot + 1..])
 }
 
 /// One image from `planes`, each of `width * height` values.

@@ -4,7 +4,7 @@
 //! of the scene and one of its passes. The last part of such a name finds it, if only one layer has
 //! it.
 
-use manylight_io::image::{LayeredImage, is_combined, light_group};
+use manylight_io::image::{LayeredImage, is_combined, last_part, light_group};
 
 /// A layer with colors.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +46,7 @@ impl<'p> Found<'p> {
 
     /// Whether this is the layer of this name in any layer of a scene.
     pub(super) fn is(&self, name: &str) -> bool {
-        self.name.rsplit('.').next() == Some(name)
+        last_part(self.name) == name
     }
 
     /// Whether this is the image, not one of its layers.

@@ -13,7 +13,7 @@
 use crate::picture::{Picture, Progress, RenderState};
 use axum::response::sse::Event;
 use futures_util::stream::{Stream, unfold};
-use manylight_io::image::{ImageLayer, light_group};
+use manylight_io::image::{ImageLayer, last_part, light_group};
 use manylight_lab::noise::NOISY;
 use manylight_lab::viewer::halves;
 use serde::Serialize;
@@ -128,16 +128,12 @@ fn sent_layers(picture: &Picture, shown: &Shown) -> VecDeque<usize> {
     let is_final = picture.progress.state != RenderState::Rendering;
     let is_sent = |&k: &usize| {
         let name = &picture.layers[k].name;
-        let is_light = k == 0 || light_group(name).is_some() || is_noisy(name);
+        // Without noise, the image is not what the groups add up to.
+        let is_light = k == 0 || light_group(name).is_some() || last_part(name) == NOISY;
         k != first && (is_final || shown.lights && is_light)
     };
     let others = (0..picture.layers.len()).filter(is_sent);
     std::iter::once(first).chain(others).collect()
-}
-
-/// Whether a layer is the image before it was denoised, to which the light groups add up.
-fn is_noisy(layer: &str) -> bool {
-    layer.rsplit('.').next() == Some(NOISY)
 }
 
 /// What a page calls a layer.
@@ -194,12 +190,10 @@ fn picture_json(picture: &Picture, layer: usize) -> String {
 }
 
 fn entry(layer: &ImageLayer) -> LayerEntry<'_> {
-    let last_part = |name: &'_ str| name.rfind('.').map_or(0, |dot| dot + 1);
+    let channels = layer.channels.iter();
     LayerEntry {
         name: label(layer),
-        channels: (layer.channels.iter())
-            .map(|(name, _)| &name[last_part(name)..])
-            .collect(),
+        channels: channels.map(|(name, _)| last_part(name)).collect(),
     }
 }
 
