@@ -34,11 +34,12 @@ impl PrePass {
         let missed = self.missed();
         let [path, lights, mixed] =
             [&paths, &lights, &mixed].map(|pictures| self.error(pictures, filter));
+        let shared = if filter.is_some() { SHARED_NOISE } else { 1.0 };
         ChoiceErrors {
             path,
-            lights: lights * if filter.is_some() { SHARED_NOISE } else { 1.0 },
-            // It took twice the computation.
-            mixed: 2.0 * mixed,
+            lights: lights * shared,
+            // It took twice the computation, and a part of its noise is that of virtual lights.
+            mixed: 2.0 * mixed * shared.sqrt(),
             missed,
             filtered: filter.is_some(),
         }

@@ -46,13 +46,16 @@ const LEAST_SAMPLES: u32 = 8;
 const MOST_SAMPLES: u32 = 256;
 /// Ratio of errors within which the mean of both is chosen: the estimates are not more certain. The
 /// mean of both has at most half the sum of both errors, so that it loses little by a wrong choice.
-const EVEN: f64 = 1.3;
+/// With the pictures of six seeds of 13 scenes, and the errors of both methods after 20 s, the error
+/// of what is chosen is 1.064 times that of the better method in the geometric mean; at 1.0 and 1.3
+/// it is 1.073 and 1.068 times.
+const EVEN: f64 = 1.2;
 /// Factor of the error of virtual lights after a filter: what of their noise neighbors share falls
-/// slower with the size of the picture than other noise. The ratio of the errors of `rich-vpl` and
-/// path tracing after 4 passes, at 256x144 and against references, over that of pictures of 64x36 is
-/// 1.0 in the living-room, 1.1 in the classroom, 1.3 in veach-mis, 1.5 in staircase2, 1.9 in
-/// veach-ajar, and 3 in the third-party kitchen, where the reference has fireflies.
-const SHARED_NOISE: f64 = 1.4;
+/// slower with the size of the picture than other noise. It is the geometric mean over 13 scenes of
+/// the ratio of the errors of `rich-vpl` and path tracing after 20 s, over that of pictures of 64x36:
+/// from 1.15 in many-lights-bunny to 3.5 in staircase2. With 1.4 and 2.0 what is chosen has 1.086 and
+/// 1.082 times the error of the better method, as for [`EVEN`].
+const SHARED_NOISE: f64 = 1.7;
 /// Passes after which errors are compared: noise has fallen by this factor, while light that path
 /// samples miss is missed still. Ratio of the errors of `rich-vpl` and path tracing that are
 /// predicted, and as measured after 4 passes: U-Shape 0.28, 0.16; Disco 0.54, 0.5; veach-ajar 0.46,
@@ -200,7 +203,7 @@ mod tests {
     fn the_least_error_is_chosen_and_the_mean_of_both_where_they_are_even() {
         assert_eq!(chosen(1.0, 3.0, 2.0), MethodKind::Path);
         assert!(matches!(chosen(3.0, 1.0, 2.0), MethodKind::ManyLight(_)));
-        assert!(matches!(chosen(1.0, 1.2, 1.3), MethodKind::Mixed(_)));
+        assert!(matches!(chosen(1.0, 1.1, 1.3), MethodKind::Mixed(_)));
         assert!(matches!(chosen(3.0, 1.0, 0.9), MethodKind::Mixed(_)));
         let missed = |missed| ChoiceErrors {
             missed,
