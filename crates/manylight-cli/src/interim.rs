@@ -51,16 +51,12 @@ pub(crate) fn checked_maps(
     };
     let method = session.request.method(session.scene.limits);
     Ok(session.pool.install(|| {
-        let run = PassContext {
-            guide,
-            pass: Pass {
-                seed: session.request.paths.seed,
-                index: 0,
-            },
-            stats: &session.stats,
-            cancel: interrupt.cancel(),
-            light_groups: 0,
+        let pass = Pass {
+            seed: session.request.paths.seed,
+            index: 0,
         };
+        let (stats, cancel) = (&session.stats, interrupt.cancel());
+        let run = PassContext::of_picture(&session.scene, pass, guide, stats, cancel);
         lights.interim_maps(&session.scene, method.limits, &run)
     }))
 }

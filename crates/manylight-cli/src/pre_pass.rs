@@ -37,16 +37,12 @@ pub(crate) fn choose(session: &Session, oidn: Option<&Oidn>) -> Result<(), Failu
     (session.pool).install(|| check_memory(limit, &job, surroundings))?;
     let never = AtomicBool::new(false);
     let pre_pass = session.pool.install(|| {
-        let run = PassContext {
-            pass: Pass {
-                seed: request.paths.seed,
-                index: 0,
-            },
-            guide,
-            stats: &session.stats,
-            cancel: &never,
-            light_groups: 0,
+        let pass = Pass {
+            seed: request.paths.seed,
+            index: 0,
         };
+        let (scene, stats) = (&session.scene, &session.stats);
+        let run = PassContext::of_picture(scene, pass, guide, stats, &never);
         ChoicePrePass::new(lights, (&session.scene, method.limits), &run)
     });
     let choice = session.stats.time("choice", || match oidn {

@@ -118,6 +118,11 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
 ];
 
+/// The method of walkthroughs where one would be chosen: its lights serve all frames.
+pub(crate) fn of_walkthroughs() -> &'static Preset {
+    find("rich-vpl").expect("invariant: the preset exists")
+}
+
 /// Name of the default method.
 pub(crate) const DEFAULT: &str = PRESETS[0].name;
 

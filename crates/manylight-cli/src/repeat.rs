@@ -74,6 +74,7 @@ impl Settings<'_> {
         map.extend(written(&request.camera));
         map.extend(written(&request.parts));
         map.extend(written(&request.picture));
+        map.extend(written(&request.frames));
         map.extend(written(&request.gltf));
         map.shift_remove("crop");
         let (limits, film) = (self.method.limits, self.film);
@@ -151,6 +152,7 @@ pub(crate) fn command_line(
         written(&request.denoise),
         written(&request.picture.file),
         written(&request.picture),
+        written(&request.frames),
         written(&request.gltf),
     ] {
         group
@@ -232,6 +234,9 @@ mod tests {
             "-m direct --view agx --aov object,position --aov-names blender",
             "-m path --block 32",
             "-m path --light-groups",
+            "--cameras walk.json --frames 3..7",
+            "-m vpl --frames 4",
+            "--frames 4..",
             "-m path --light-group key=lamp --light-group fill=sky",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {

@@ -1,11 +1,12 @@
 //! The request of a render: all options with their defaults, checked before any file is read.
 
 use crate::args::{
-    CameraArgs, DenoiseArgs, GltfArgs, MapsArgs, PartArgs, PathArgs, PictureArgs, RenderArgs,
-    RunArgs,
+    CameraArgs, DenoiseArgs, FrameArgs, GltfArgs, MapsArgs, PartArgs, PathArgs, PictureArgs,
+    RenderArgs, RunArgs,
 };
 use crate::failure::Failure;
 use crate::method::{choice_refusal, method_kind};
+use crate::preset::{self, Preset};
 use crate::values::{Crop, GroupRule};
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
@@ -46,6 +47,8 @@ pub(crate) struct RenderRequest {
     pub(crate) parts: PartArgs,
     /// Camera and film.
     pub(crate) camera: CameraArgs,
+    /// Cameras and frames of a walkthrough.
+    pub(crate) frames: FrameArgs,
     /// What a glTF scene does not say.
     pub(crate) gltf: GltfArgs,
 }
@@ -67,8 +70,15 @@ impl RenderRequest {
         if let Some(path) = &args.parts.checkpoint {
             check_part_name("--checkpoint", path)?;
         }
-        let kind = method_kind(args.paths.method, &args.lights)?;
+        let method = method_of(args);
+        let kind = method_kind(method, &args.lights)?;
         check_rules(&args.picture.light_group)?;
+        if args.frames.skip_existing && !args.frames.is_walkthrough() {
+            return Err(Failure::usage(
+                "--skip-existing: a single picture is asked for",
+                "give --frames or --cameras, or omit --skip-existing",
+            ));
+        }
         if args.picture.has_light_groups() && kind == MethodKind::Aov {
             return Err(Failure::usage(
                 "--light-groups: the method aov renders no light",
@@ -87,7 +97,7 @@ impl RenderRequest {
                 "choose another --method, or omit --aov",
             ));
         }
-        if args.paths.method.is_chosen()
+        if method.is_chosen()
             && let MethodKind::ManyLight(lights) = &kind
             && let Some(refusal) = choice_refusal(lights)
         {
@@ -98,13 +108,17 @@ impl RenderRequest {
             outputs,
             kind,
             budget: args.budget.budget(),
-            paths: args.paths.clone(),
+            paths: PathArgs {
+                method,
+                ..args.paths.clone()
+            },
             run: args.run.clone(),
             memory_limit: args.memory_limit,
             picture: args.picture.clone(),
             denoise: args.denoise.clone(),
             parts: args.parts.clone(),
             camera: args.camera.clone(),
+            frames: args.frames.clone(),
             gltf: args.gltf.clone(),
         })
     }
@@ -127,6 +141,7 @@ impl RenderRequest {
             denoise: DenoiseArgs::default(),
             parts: PartArgs::default(),
             camera: args.camera.clone(),
+            frames: FrameArgs::default(),
             gltf: args.gltf.clone(),
         })
     }
@@ -175,6 +190,14 @@ impl RenderRequest {
         }
         sensor.film.filter = options.filter.unwrap_or(sensor.film.filter);
         Ok(sensor)
+    }
+}
+
+/// The method of a render.
+fn method_of(args: &RenderArgs) -> &'static Preset {
+    match args.paths.method {
+        method if method.is_chosen() && args.frames.is_walkthrough() => preset::of_walkthroughs(),
+        method => method,
     }
 }
 

@@ -11,13 +11,17 @@ use manylight::emitters::EmissionGuide;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight::integrators::{Choice, GuidedEmission, Method};
+use manylight::math::Affine3A;
 use manylight::render::{RenderJob, Stats};
-use manylight::scene::{LightGroupNames, Scene, SceneDesc};
+use manylight::scene::{LightGroupNames, Scene, SceneDesc, SceneError};
+use manylight::sensors::SensorDesc;
 use manylight_denoise::{
     FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
     render_features,
 };
-use manylight_io::{LoadOptions, LoadedScene, is_same_file, load_scene, scene_digest, shown_path};
+use manylight_io::{
+    LoadOptions, LoadedScene, is_same_file, load_scene, read_camera_path, scene_digest, shown_path,
+};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -85,7 +89,8 @@ impl SceneFile {
     ) -> Result<Self, Failure> {
         stats.time("load", || {
             pool.install(|| {
-                let loaded = load_scene(&request.scene, options)?;
+                let mut loaded = load_scene(&request.scene, options)?;
+                loaded.files.extend(request.frames.cameras.clone());
                 let digest = scene_digest(&request.scene, &loaded.files)?;
                 Ok(SceneFile {
                     warnings: distinct_warnings(&loaded),
@@ -134,7 +139,9 @@ pub(crate) fn build_scene(
     pool: &ThreadPool,
     stats: &Stats,
 ) -> Result<Scene, Failure> {
-    desc.sensors = vec![request.camera(&desc.sensors)?];
+    let mut camera = request.camera(&desc.sensors)?;
+    let motion = std::mem::take(&mut camera.motion);
+    desc.sensors = vec![camera.clone()];
     let names = request
         .picture
         .has_light_groups()
@@ -145,7 +152,40 @@ pub(crate) fn build_scene(
         scene.set_light_groups(&named(&request.picture, &names)?);
         check_groups(&scene.light_groups)?;
     }
+    if request.frames.is_walkthrough() {
+        set_frames(&mut scene, request, &camera, motion)?;
+    }
     Ok(scene)
+}
+
+/// Sets the cameras of a walkthrough: those of the file that `request` names, or those of `motion`.
+fn set_frames(
+    scene: &mut Scene,
+    request: &RenderRequest,
+    camera: &SensorDesc,
+    motion: Vec<Affine3A>,
+) -> Result<(), Failure> {
+    let (path, motion) = match &request.frames.cameras {
+        Some(path) => (path, read_camera_path(path)?),
+        None => (&request.scene, motion),
+    };
+    if motion.is_empty() {
+        return Err(Failure::usage(
+            "--frames: the camera of the scene stands still",
+            "name the cameras of the frames by --cameras; animations are read from glTF files",
+        ));
+    }
+    let frames = motion.into_iter().map(|world_from_camera| SensorDesc {
+        world_from_camera,
+        ..camera.clone()
+    });
+    let failure = |(index, error): (usize, SceneError)| {
+        scene_failure(
+            path,
+            format!("camera of frame {}: {}", index + 1, error.message),
+        )
+    };
+    scene.set_frames(frames.collect()).map_err(failure)
 }
 
 /// The failure of a scene with invalid content.
@@ -171,6 +211,7 @@ impl Session {
             method,
             budget,
             seed: request.paths.seed,
+            frame: None,
             block,
             guide: self.guide(),
         }

@@ -4,6 +4,7 @@ use manylight::film::blocks::BLOCK_STEP;
 use manylight::integrators::many_light::{ClampRule, GlossyForm};
 use manylight::math::UVec2;
 use serde::{Serialize, Serializer};
+use std::fmt;
 use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
 
@@ -281,6 +282,37 @@ pub(crate) fn shard(text: &str) -> Result<Shard, String> {
     numbers
         .filter(|shard| (1..=shard.count.get()).contains(&shard.index))
         .ok_or_else(|| "expected I/N such as 3/8, with I from 1 to N".into())
+}
+
+/// Frames of a walkthrough, counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameRange {
+    /// The first one, at least 1.
+    pub(crate) first: u32,
+    /// The last one, not before the first; `None`: that of the walkthrough.
+    pub(crate) last: Option<u32>,
+}
+
+impl fmt::Display for FrameRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..", self.first)?;
+        self.last.map_or(Ok(()), |last| write!(f, "{last}"))
+    }
+}
+
+/// Frames `A..B`, both included, `A..` to the end, or `A`.
+pub(crate) fn frames(text: &str) -> Result<FrameRange, String> {
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    let number = |text: &str| text.parse::<NonZeroU32>().ok().map(NonZeroU32::get);
+    let last = match last {
+        "" => Some(None),
+        _ => number(last).map(Some),
+    };
+    let range = number(first).zip(last);
+    range
+        .filter(|(first, last)| last.is_none_or(|last| *first <= last))
+        .map(|(first, last)| FrameRange { first, last })
+        .ok_or_else(|| "expected A..B such as 1..48, with 1 the first frame".into())
 }
 
 /// Passes of a block: a multiple of the most passes that share a set of virtual lights.

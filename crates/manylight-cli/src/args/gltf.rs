@@ -3,7 +3,7 @@
 use super::written;
 use crate::values;
 use clap::{Args, ValueEnum, ValueHint};
-use manylight_io::{EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
+use manylight_io::{DEFAULT_FPS, EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -25,6 +25,10 @@ pub(crate) struct GltfArgs {
     /// Factor of the radiance of the environment.
     #[arg(long, value_name = "X", requires = "environment", value_parser = values::positive)]
     pub(crate) environment_scale: Option<f32>,
+
+    /// Frames per second of a camera that moves, for --frames. Default: 24.
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub(crate) fps: Option<f32>,
 
     /// Name of a material variant.
     #[arg(long, value_name = "NAME")]
@@ -77,6 +81,7 @@ impl GltfArgs {
                 }
             }),
             environment_scale: self.environment_scale.unwrap_or(1.0),
+            fps: self.fps.unwrap_or(DEFAULT_FPS),
             variant: self.variant.clone(),
         }
     }

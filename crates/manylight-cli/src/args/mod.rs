@@ -5,6 +5,7 @@
 //! of a request as they are (`repeat`), and Python's keywords are the names of the options. The
 //! options of virtual lights are rows of a table, `light_options`.
 
+mod frames;
 mod gltf;
 mod inspect;
 mod measure;
@@ -17,6 +18,7 @@ mod written;
 #[cfg(test)]
 pub(crate) use render::Denoiser;
 
+pub(crate) use frames::FrameArgs;
 pub(crate) use gltf::GltfArgs;
 pub(crate) use inspect::{
     CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,

@@ -1,5 +1,6 @@
 //! Options of `render`.
 
+use super::frames::FrameArgs;
 use super::gltf::GltfArgs;
 use super::parts::PartArgs;
 use super::picture::PictureArgs;
@@ -74,6 +75,10 @@ pub(crate) struct RenderArgs {
     /// Camera and film.
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
+
+    /// Walkthroughs.
+    #[command(flatten)]
+    pub(crate) frames: FrameArgs,
 
     /// glTF scenes.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! How the values of options are written: as text that the command line reads, or as JSON.
 
 use crate::names::{Named, name_of};
-use crate::values::GroupRule;
+use crate::values::{FrameRange, GroupRule};
 use manylight::math::UVec2;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -29,6 +29,11 @@ pub(super) fn size<S: Serializer>(size: &Option<UVec2>, to: S) -> Result<S::Ok, 
 pub(super) fn path<S: Serializer>(path: &Option<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
     let text = path.as_ref().map(|path| path.display().to_string());
     text.serialize(to)
+}
+
+/// Frames as `A..B`.
+pub(super) fn frames<S: Serializer>(frames: &Option<FrameRange>, to: S) -> Result<S::Ok, S::Error> {
+    frames.map(|frames| frames.to_string()).serialize(to)
 }
 
 /// Words, separated by commas.

@@ -202,6 +202,7 @@ fn sensor(desc: &SensorDesc) -> Value {
         "crop_offset": desc.film.crop_offset.to_array(),
         "crop_size": desc.film.crop_size.to_array(),
         "filter": filter_name(&desc.film.filter),
+        "frames": desc.motion.len(),
     })
 }
 
@@ -240,8 +241,12 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
     ];
     for (i, sensor) in sensors.iter().enumerate() {
         let size = &sensor["size"];
+        let frames = match sensor["frames"].as_u64().unwrap_or_default() {
+            0 => String::new(),
+            count => format!(", {count} frames"),
+        };
         lines.push(format!(
-            "sensor {i}     {} {}x{}, filter {}",
+            "sensor {i}     {} {}x{}, filter {}{frames}",
             sensor["kind"].as_str().unwrap_or_default(),
             size[0],
             size[1],

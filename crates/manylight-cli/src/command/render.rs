@@ -1,5 +1,6 @@
 //! `manylight render`: load, build, render, denoise, write, report.
 
+mod frames;
 mod preview;
 mod share;
 
@@ -27,6 +28,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let request = RenderRequest::new(args)?;
     let checkpoint = request.parts.checkpoint.as_ref();
     let (images, parts) = match request.parts.shard {
+        _ if request.frames.is_walkthrough() => ([].as_slice(), [].as_slice()),
         None => (request.outputs.as_slice(), [].as_slice()),
         Some(_) => ([].as_slice(), request.outputs.as_slice()),
     };
@@ -45,6 +47,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
         console: Console::default(),
     };
     match run.session.request.parts.shard {
+        _ if run.session.request.frames.is_walkthrough() => run.frames(oidn.as_ref()),
         None => run.whole(oidn.as_ref()),
         Some(shard) => run.share(shard),
     }
@@ -136,7 +139,8 @@ impl Run<'_> {
 
         let film = &outcome.film;
         let report = session.report(&job, film.passes());
-        let facts = PictureFacts::new(&session.scene, film.id_layers(), report.metadata());
+        let (scene, metadata) = (&session.scene, report.metadata());
+        let facts = PictureFacts::new(scene, &scene.sensor, film.id_layers(), metadata);
         let source = PictureSource {
             film,
             denoised: denoised.image.as_ref(),

@@ -150,6 +150,12 @@ impl HeldScene {
 fn request(scene_words: &[String], words: &[String]) -> Result<RenderRequest, Failure> {
     let args = render_args(scene_words.iter().chain(words).map(String::as_str))?;
     let request = RenderRequest::new(&args)?;
+    if request.frames.is_walkthrough() {
+        return Err(Failure::usage(
+            "--cameras, --frames: a walkthrough is many pictures, expected options of one",
+            "render it by the command `manylight render`",
+        ));
+    }
     Ok(RenderRequest {
         outputs: Vec::new(),
         ..request

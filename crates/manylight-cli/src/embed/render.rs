@@ -110,7 +110,7 @@ impl Session {
 
     fn picture_of(&self, job: &RenderJob, film: &Film, denoised: Option<&Image>) -> Picture {
         let metadata = self.report(job, film.passes()).metadata();
-        let facts = PictureFacts::new(&self.scene, film.id_layers(), metadata);
+        let facts = PictureFacts::new(&self.scene, &self.scene.sensor, film.id_layers(), metadata);
         Picture::new(film, denoised, &facts)
     }
 }

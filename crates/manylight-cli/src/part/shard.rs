@@ -37,7 +37,8 @@ pub(crate) fn write_share(
     let mut identity = session.settings(job).identity(&session.digest);
     identity.insert(PASSES.into(), json!(passes));
     let report = session.report(job, passes.unwrap_or_default());
-    let facts = PictureFacts::new(&session.scene, film.id_layers(), report.metadata());
+    let (scene, metadata) = (&session.scene, report.metadata());
+    let facts = PictureFacts::new(scene, &scene.sensor, film.id_layers(), metadata);
     let seconds = stats.stages().iter().map(|(_, time)| *time).sum();
     let state = json!(RunState::new(stats, seconds));
     let header = PartHeader::new(&film, identity, state, json!(facts));

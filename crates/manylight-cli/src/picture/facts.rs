@@ -2,6 +2,7 @@
 
 use manylight::film::IdLayer;
 use manylight::scene::Scene;
+use manylight::sensors::Sensor;
 use manylight_io::image::ImageCamera;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,9 +31,10 @@ struct CameraFacts {
 }
 
 impl PictureFacts {
-    /// Facts of pictures of `scene` with these id layers.
+    /// Facts of pictures of `scene` by `camera`, with these id layers.
     pub(crate) fn new(
         scene: &Scene,
+        camera: &Sensor,
         id_layers: &[IdLayer],
         metadata: Vec<(String, String)>,
     ) -> Self {
@@ -42,13 +44,13 @@ impl PictureFacts {
                 scene.names.names(*layer).to_vec(),
             )
         };
-        let screen = scene.sensor.screen_window();
+        let screen = camera.screen_window();
         PictureFacts {
             names: id_layers.iter().map(names).collect(),
             light_groups: scene.light_groups.names().to_vec(),
             camera: CameraFacts {
-                camera_from_world: scene.sensor.camera_from_world().to_cols_array(),
-                ndc_from_world: scene.sensor.film_from_world().to_cols_array(),
+                camera_from_world: camera.camera_from_world().to_cols_array(),
+                ndc_from_world: camera.film_from_world().to_cols_array(),
                 screen_center: screen.map_or([0.0; 2], |(center, _)| center.to_array()),
                 screen_width: screen.map_or(1.0, |(_, width)| width),
             },

@@ -9,6 +9,7 @@ mod denoise;
 mod describe;
 #[cfg(unix)]
 mod faults;
+mod frames;
 #[cfg(unix)]
 mod interrupt;
 mod light_groups;

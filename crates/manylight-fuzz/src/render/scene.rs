@@ -104,6 +104,7 @@ fn sensor(numbers: &mut Numbers) -> SensorDesc {
         Affine3A::from_translation(4.0 * Vec3::Z) * Affine3A::from_rotation_y(std::f32::consts::PI);
     SensorDesc {
         name: String::new(),
+        motion: Vec::new(),
         world_from_camera: if numbers.rarely(6) {
             numbers.affine()
         } else {

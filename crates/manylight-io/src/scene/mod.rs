@@ -2,6 +2,7 @@
 
 mod assets;
 mod attributes;
+mod camera_path;
 mod curve_files;
 mod description;
 mod digest;
@@ -18,8 +19,9 @@ mod plugins;
 mod sink;
 mod tubes;
 
+pub use camera_path::read_camera_path;
 pub use digest::scene_digest;
-pub use options::{EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
+pub use options::{DEFAULT_FPS, EnvironmentSource, GltfOptions, LightUnits, LoadOptions};
 pub use plugins::SupportedFamily;
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity, Warning};

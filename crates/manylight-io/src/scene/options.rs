@@ -25,9 +25,14 @@ pub struct GltfOptions {
     pub environment: Option<EnvironmentSource>,
     /// Factor of the radiance of the environment.
     pub environment_scale: f32,
+    /// Frames per second of moving cameras.
+    pub fps: f32,
     /// Name of the material variant to show; `None`: the materials of the meshes.
     pub variant: Option<String>,
 }
+
+/// Frames per second of moving cameras by default: those of Blender.
+pub const DEFAULT_FPS: f32 = 24.0;
 
 impl Default for GltfOptions {
     fn default() -> Self {
@@ -35,6 +40,7 @@ impl Default for GltfOptions {
             light_units: None,
             environment: None,
             environment_scale: 1.0,
+            fps: DEFAULT_FPS,
             variant: None,
         }
     }

@@ -18,6 +18,9 @@ _OTHERWISE = {
     "shard": "see `render_part`",
     "json": "see `Image.metadata`",
     "preview": "use the command `manylight render --preview`",
+    "cameras": "use the command `manylight render --cameras`",
+    "frames": "use the command `manylight render --frames`",
+    "skip_existing": "use the command `manylight render --frames`",
     "quiet": "nothing is printed",
     "verbose": "see `Image.metadata`",
 } | {name: "give it to `load_file`" for name, (_, _, loads_scene) in OPTIONS.items() if loads_scene}

@@ -154,6 +154,7 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
             relative_error: None,
         },
         seed: 0,
+        frame: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };

@@ -38,13 +38,7 @@ pub(crate) fn load(path: &Path) -> Scene {
 pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (PreparedPasses<'_>, Stats) {
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
     let guide = scene.emission_guide();
-    let run = PassContext {
-        guide: &guide,
-        pass: Pass { seed: 1, index: 0 },
-        stats: &stats,
-        cancel: &cancel,
-        light_groups: 0,
-    };
+    let run = PassContext::of_picture(scene, Pass { seed: 1, index: 0 }, &guide, &stats, &cancel);
     let method = ManyLight {
         light_count: count,
         photon_paths: (4 * count).max(1 << 18),

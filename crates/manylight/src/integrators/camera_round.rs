@@ -17,6 +17,7 @@ use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, SobolSequences, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::sensors::Sensor;
 use crate::simd::set_bits;
 use crate::transport::Vertex;
 use crate::transport::direct::emitted_with_mis;
@@ -121,18 +122,19 @@ impl CameraStart {
     /// Through the point `u` of a pixel, and the point `u_lens` of the lens.
     pub(super) fn new(
         (scene, limits): (&Scene, PathLimits),
+        camera: &Sensor,
         positions: &FilmSampler,
         (pixel, u): (UVec2, Vec2),
         u_lens: Vec2,
     ) -> Self {
         let film = positions.sample(pixel, u);
-        let camera = scene.sensor.ray(film.position, u_lens);
-        let (ray, hidden) = visible_part(scene, limits.hide_emitters, camera.ray);
+        let seen = camera.ray(film.position, u_lens);
+        let (ray, hidden) = visible_part(scene, limits.hide_emitters, seen.ray);
         CameraStart {
             ray,
             hidden,
             filter_weight: film.weight,
-            weight: camera.weight * film.weight,
+            weight: seen.weight * film.weight,
         }
     }
 
@@ -165,7 +167,7 @@ pub(super) fn start_paths<T: Copy>(
     for (index, pixel) in pixels().enumerate() {
         let [x, y, x_lens, y_lens] = points[index];
         let (u, u_lens) = (Vec2::new(x, y), Vec2::new(x_lens, y_lens));
-        let start = CameraStart::new(scene, positions, (pixel, u), u_lens);
+        let start = CameraStart::new(scene, run.camera, positions, (pixel, u), u_lens);
         let first = FirstPart {
             pixel: index as u32,
             hidden: start.hidden,

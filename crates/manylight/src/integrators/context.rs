@@ -6,14 +6,20 @@ use crate::film::{Film, TileSamples, Tiling};
 use crate::particles::{Photon, trace_photons_of_groups};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
+use crate::sensors::Sensor;
 use crate::stats::Stats;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a pass works with, besides the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct PassContext<'a> {
+    /// The camera of the picture.
+    pub camera: &'a Sensor,
     /// Names the random numbers.
     pub pass: Pass,
+    /// Seed of photons and virtual lights. The frames of a walkthrough share it; otherwise it is that
+    /// of the pass.
+    pub lights_seed: u64,
     /// Guides the emission of photons; made once per render, by methods that emit them.
     pub guide: &'a EmissionGuide,
     /// Counters and stage times.
@@ -24,15 +30,40 @@ pub struct PassContext<'a> {
     pub light_groups: usize,
 }
 
-impl PassContext<'_> {
-    /// The same context for the random numbers of pass `index`.
-    pub(super) fn at_pass(self, index: u32) -> Self {
-        self.with_pass(Pass { index, ..self.pass })
+impl<'a> PassContext<'a> {
+    /// For the picture of the scene's sensor, without light groups.
+    pub fn of_picture(
+        scene: &'a Scene,
+        pass: Pass,
+        guide: &'a EmissionGuide,
+        stats: &'a Stats,
+        cancel: &'a AtomicBool,
+    ) -> Self {
+        PassContext {
+            camera: &scene.sensor,
+            pass,
+            lights_seed: pass.seed,
+            guide,
+            stats,
+            cancel,
+            light_groups: 0,
+        }
     }
 
-    /// The same context for the random numbers of `pass`.
+    /// The same context for the random numbers of `pass`, those of photons and lights included.
     pub(super) fn with_pass(self, pass: Pass) -> Self {
-        PassContext { pass, ..self }
+        PassContext {
+            pass,
+            lights_seed: pass.seed,
+            ..self
+        }
+    }
+
+    /// The same context for photons and virtual lights of pass `index`, which are the same in all
+    /// frames of a walkthrough.
+    pub(super) fn of_lights(self, index: u32) -> Self {
+        let seed = self.lights_seed;
+        self.with_pass(Pass { seed, index })
     }
 
     /// The same context for films without light groups.

@@ -20,7 +20,7 @@ use crate::lanes::{Vector, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{LightGroups, PathLimits, Scene};
-use crate::sensors::SensorConnection;
+use crate::sensors::{Sensor, SensorConnection};
 use crate::simd::set_bits;
 use crate::stats::Stats;
 use crate::transport::past_emitters;
@@ -62,6 +62,7 @@ pub(super) fn render_pass(
             .map(|task| {
                 let mut tracer = LightTracer {
                     scene,
+                    camera: run.camera,
                     groups: (run.light_groups > 0).then_some(&scene.light_groups),
                     guide: run.guide,
                     limits,
@@ -94,6 +95,7 @@ pub(super) fn render_pass(
 
 struct LightTracer<'s> {
     scene: &'s Scene,
+    camera: &'s Sensor,
     /// If they are told apart.
     groups: Option<&'s LightGroups>,
     guide: &'s EmissionGuide,
@@ -140,7 +142,7 @@ impl LightTracer<'_> {
 
     fn connect_emitter(&mut self, start: &EmissionSample, y: &SurfacePoint, sampler: &mut Sampler) {
         let scene = self.scene;
-        let Some(seen) = scene.sensor.connect(y.p, sampler.next_2d()) else {
+        let Some(seen) = self.camera.connect(y.p, sampler.next_2d()) else {
             return;
         };
         let radiance = (scene.emitters).radiance(&scene.geometry, &scene.textures, y, seen.w);
@@ -206,7 +208,7 @@ impl VertexShader<LightGroup> for LightTracer<'_> {
         lanes: Bits,
         next: &mut Walks<LightGroup>,
     ) {
-        let (scene, s) = (self.scene, v.w_prev.x.width());
+        let (camera, s) = (self.camera, v.w_prev.x.width());
         let mut generators = v.generators(s, walks);
         let u = generators.next_pair();
         let (p, u) = (v.x.p.store(), [u.x.store(), u.y.store()]);
@@ -214,7 +216,7 @@ impl VertexShader<LightGroup> for LightTracer<'_> {
             0 => None,
             _ => {
                 let p = Vec3::from(lane(&p, i));
-                (scene.sensor).connect(p, [u[0].as_ref()[i], u[1].as_ref()[i]].into())
+                camera.connect(p, [u[0].as_ref()[i], u[1].as_ref()[i]].into())
             }
         });
         self.connect_vertices(v, walks, &seen, lanes);

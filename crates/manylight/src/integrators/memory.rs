@@ -35,7 +35,8 @@ const COPIES: f64 = 2.0;
 /// it is 0.12 instead of 0.012.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
-/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage.
+/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage. Of a
+/// scene with frames, it is that of a walkthrough, which keeps what all groups of passes shade with.
 /// `sums` is the number of sums over passes that are held at once: see [`Film::bytes_for`].
 /// Traces some photons by `guide`, which is that of the render.
 pub fn estimated_memory(
@@ -62,7 +63,18 @@ pub fn estimated_memory(
     match &method.kind {
         MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => {
             let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
-            stages.extend(of_many_light(lights, probes, method.limits, last));
+            let (lights, kept) = match scene.frames() {
+                [] => (*lights, 1),
+                _ => {
+                    let lights = lights.of_frames(passes);
+                    (lights, passes.map_or(1, |n| lights.group_count(n)))
+                }
+            };
+            let group = of_many_light(&lights, probes, method.limits, last);
+            stages.extend(group.map(|stage| StageMemory {
+                bytes: stage.bytes.saturating_mul(u64::from(kept)),
+                ..stage
+            }));
         }
         MethodKind::PhotonMap(map) => {
             stages.push(of_photon_map(map, probes, method.limits));

@@ -84,6 +84,23 @@ impl Method {
         }
     }
 
+    /// The method for frames of a walkthrough, of `passes` passes each.
+    pub(crate) fn of_frames(&self, passes: Option<u32>) -> Method {
+        let mut method = self.clone();
+        if let MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) =
+            &mut method.kind
+        {
+            *lights = lights.of_frames(passes);
+        }
+        method
+    }
+
+    /// Sets of virtual lights of the first `passes` passes; 1 if they have no end.
+    pub(crate) fn group_count(&self, passes: Option<u32>) -> u32 {
+        let lights = self.lights().zip(passes);
+        lights.map_or(1, |(lights, passes)| lights.group_count(passes))
+    }
+
     /// Whether passes continue sequences of samples, as in
     /// [`Film::with_sequences`](crate::film::Film::with_sequences).
     pub fn has_sequences(&self) -> bool {

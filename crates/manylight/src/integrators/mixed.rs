@@ -10,7 +10,7 @@
 //! them all as [`Layer::VirtualLights`].
 
 use super::context::PassContext;
-use super::many_light::{ManyLight, PreparedPasses};
+use super::many_light::{KeptPasses, ManyLight};
 use super::path;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, ShadedPixels, TileSamples, Tiling};
@@ -68,7 +68,7 @@ impl Mixed {
         &self,
         scene: (&'s Scene, PathLimits),
         run: &PassContext,
-        prepared: &mut Option<PreparedPasses<'s>>,
+        kept: &mut KeptPasses<'s>,
         film: &mut Film,
     ) -> bool {
         let paths = self.paths(scene, run, film);
@@ -82,7 +82,7 @@ impl Mixed {
         let end = |tile: &mut TileSamples| {
             tile.mix(&paths, samples, |layer| self.weight(layer), id_weight);
         };
-        (self.lights).render_pass(scene, run, prepared, film, (begin, end))
+        (self.lights).render_pass(scene, run, kept, film, (begin, end))
     }
 
     /// Sums of the path samples of a pass; unfinished if it is cancelled.

@@ -1,7 +1,7 @@
 //! A method at work on a scene, pass by pass.
 
 use super::context::PassContext;
-use super::many_light::{ManyLight, PreparedPasses, with_fixed_effort};
+use super::many_light::{KeptPasses, ManyLight, with_fixed_effort};
 use super::method::{Method, MethodKind};
 use super::mixed::Mixed;
 use super::{aov, light_tracer, path};
@@ -13,17 +13,18 @@ use crate::scene::{PathLimits, Scene};
 pub struct Renderer<'s> {
     scene: &'s Scene,
     method: Method,
-    prepared: Option<PreparedPasses<'s>>,
+    kept: KeptPasses<'s>,
 }
 
 impl<'s> Renderer<'s> {
-    /// `method`, before its first pass.
+    /// `method`, before its first pass. The virtual lights of as many groups of passes as
+    /// `kept_groups` are kept.
     ///
     /// # Panics
     /// The settings of a many-light method contradict each other:
     /// [`ManyLight::check`]. Or layers of light groups are asked for that are not those of the
     /// scene.
-    pub fn new(scene: &'s Scene, method: Method) -> Self {
+    pub fn new(scene: &'s Scene, method: Method, kept_groups: usize) -> Self {
         if let Some(Err(contradiction)) = method.lights().map(ManyLight::check) {
             panic!("{contradiction}");
         }
@@ -33,7 +34,7 @@ impl<'s> Renderer<'s> {
         Renderer {
             scene,
             method,
-            prepared: None,
+            kept: KeptPasses::new(kept_groups),
         }
     }
 
@@ -61,15 +62,11 @@ impl<'s> Renderer<'s> {
             }
             MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
             MethodKind::Aov => aov::render_pass(scene, limits, run, film),
-            MethodKind::ManyLight(settings) => settings.render_pass(
-                (scene, limits),
-                run,
-                &mut self.prepared,
-                film,
-                (|_| (), |_| ()),
-            ),
+            MethodKind::ManyLight(settings) => {
+                settings.render_pass((scene, limits), run, &mut self.kept, film, (|_| (), |_| ()))
+            }
             MethodKind::Mixed(settings) => {
-                settings.render_pass((scene, limits), run, &mut self.prepared, film)
+                settings.render_pass((scene, limits), run, &mut self.kept, film)
             }
             MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
         }

@@ -29,7 +29,7 @@ pub struct Importon {
     pub importance: f32,
 }
 
-/// Traces `path_count` camera paths through uniform film positions.
+/// Traces `path_count` camera paths through uniform film positions, by [`Scene::views`] in turns.
 ///
 /// Each path follows specular events to a gather point, samples a non-specular event there, and
 /// deposits an importon at the next surface: a virtual light there illuminates the gather point
@@ -102,12 +102,13 @@ impl PathTracer<'_> {
     /// The paths at the camera. They carry their index.
     fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<u32> {
         let scene = self.scene;
-        let size = scene.sensor.desc().film.crop_size.as_vec2();
+        let (size, views) = (scene.sensor.desc().film.crop_size.as_vec2(), scene.views());
         let mut walks = Walks::with_capacity(paths.len());
         for index in paths {
             let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
             let film_position: Vec2 = sampler.next_2d() * size;
-            let camera = scene.sensor.ray(film_position, sampler.next_2d());
+            let view = &views[index as usize % views.len()];
+            let camera = view.ray(film_position, sampler.next_2d());
             let (ray, _) = visible_part(scene, self.limits.hide_emitters, camera.ray);
             let throughput = [camera.weight * self.path_fraction; 3];
             walks.push(WalkRow::start(ray, throughput, sampler, index));

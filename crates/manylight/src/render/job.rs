@@ -4,7 +4,7 @@ use crate::emitters::EmissionGuide;
 use crate::film::blocks::{DEFAULT_BLOCK, passes_of_block};
 use crate::film::{Film, PassSums};
 use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
-use crate::sampling::Pass;
+use crate::sampling::{Pass, rng};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use std::borrow::Cow;
@@ -13,6 +13,8 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+/// Tells the seeds of frames from that of a picture.
+const FRAMES: u64 = 0xf4a3_e500_5eed;
 /// Least number of passes after which [`Film::relative_error`] may end a render: a variance
 /// estimated from fewer is too noisy.
 const MIN_PASSES_FOR_ERROR: u32 = 4;
@@ -39,6 +41,9 @@ pub struct RenderJob<'s> {
     pub budget: Budget,
     /// The same seed gives the same bits, for any number of threads.
     pub seed: u64,
+    /// The frame of a walkthrough, among [`Scene::frames`]; `None`: the picture of the sensor. All
+    /// frames have the same photons and virtual lights, which [`Walkthrough`] makes once.
+    pub frame: Option<u32>,
     /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP).
     /// Another number rounds otherwise.
     pub block: NonZeroU32,
@@ -96,6 +101,7 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
         },
         budget,
         seed,
+        frame: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };
@@ -118,32 +124,46 @@ pub fn render(
 /// result has the same bits as that of a render without a break.
 pub fn resume(
     job: &RenderJob,
-    mut film: Film,
+    film: Film,
     elapsed: Duration,
     stats: &Stats,
     cancel: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Outcome {
     let start = Instant::now();
-    let elapsed = || elapsed + start.elapsed();
-    let mut passes = Passes::new(job, stats);
-    let never = AtomicBool::new(false);
-    let stop = loop {
-        let is_first = film.passes() == 0;
-        if !is_first && job.budget.is_spent(&film, elapsed()) {
-            break Stop::Budget;
-        }
-        if !passes.render_next(&mut film, if is_first { &never } else { cancel }) {
-            break Stop::Cancelled;
-        }
-        let ended = observer.pass_done(&film, stats, elapsed()).is_break();
-        if ended || cancel.load(Ordering::Relaxed) {
-            break Stop::Cancelled;
-        }
-    };
-    observer.ended(&film, stats, elapsed());
-    film.begin_batch();
-    Outcome { film, stop }
+    let mut passes = Passes::new(job, job.method_of_passes(), stats, 1);
+    let elapsed = elapsed + start.elapsed();
+    passes.render_to_the_end(job.frame, film, elapsed, cancel, observer)
+}
+
+/// The frames of a walkthrough, whose photons and virtual lights are made once. A frame has the bits
+/// of its render alone.
+pub struct Walkthrough<'j, 's>(Passes<'j, 's>);
+
+impl<'j, 's> Walkthrough<'j, 's> {
+    /// Before the first frame; the frame of `job` is ignored. The virtual lights of all its passes
+    /// are kept.
+    pub fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
+        let passes = job.budget.passes;
+        let method = job.method.of_frames(passes);
+        let kept = method.group_count(passes) as usize;
+        Walkthrough(Passes::new(job, method, stats, kept))
+    }
+
+    /// Renders frame `index` of [`Scene::frames`], as [`render()`] does.
+    ///
+    /// # Panics
+    /// There is no such frame.
+    pub fn render(
+        &mut self,
+        index: u32,
+        cancel: &AtomicBool,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let film = self.0.job.film(0);
+        self.0
+            .render_to_the_end(Some(index), film, Duration::ZERO, cancel, observer)
+    }
 }
 
 /// Renders blocks of passes apart from the others. The last block of the render ends with the
@@ -157,13 +177,13 @@ pub fn render_blocks(
     observer: &mut dyn Observer,
 ) -> Option<Vec<PassSums>> {
     let start = Instant::now();
-    let mut passes = Passes::new(job, stats);
+    let mut passes = Passes::new(job, job.method_of_passes(), stats, 1);
     let last = job.budget.passes.unwrap_or(u32::MAX);
     let rendered = blocks.map(|block| {
         let range = passes_of_block(block, job.block, last);
         let mut film = job.film(range.start);
         while film.next_pass() < range.end {
-            if !passes.render_next(&mut film, cancel)
+            if !passes.render_next(job.frame, &mut film, cancel)
                 || observer.pass_done(&film, stats, start.elapsed()).is_break()
             {
                 return None;
@@ -176,33 +196,67 @@ pub fn render_blocks(
 
 /// The passes of a job, in any order.
 struct Passes<'j, 's> {
-    seed: u64,
+    job: &'j RenderJob<'s>,
     renderer: Renderer<'s>,
     guide: Cow<'j, EmissionGuide>,
     stats: &'j Stats,
 }
 
 impl<'j, 's> Passes<'j, 's> {
-    fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
+    /// The virtual lights of `kept_groups` groups of passes are kept.
+    fn new(job: &'j RenderJob<'s>, method: Method, stats: &'j Stats, kept_groups: usize) -> Self {
         let guide = match job.guide {
             Some(guide) => Cow::Borrowed(guide),
             None => Cow::Owned(stats.time("photons", || job.method.emission_guide(job.scene))),
         };
         Passes {
-            seed: job.seed,
-            renderer: Renderer::new(job.scene, job.method.clone()),
+            job,
+            renderer: Renderer::new(job.scene, method, kept_groups),
             guide,
             stats,
         }
     }
 
+    /// Adds passes to `film` until the budget is spent, or the render is cancelled.
+    fn render_to_the_end(
+        &mut self,
+        frame: Option<u32>,
+        mut film: Film,
+        elapsed: Duration,
+        cancel: &AtomicBool,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let start = Instant::now();
+        let elapsed = || elapsed + start.elapsed();
+        let never = AtomicBool::new(false);
+        let stop = loop {
+            let is_first = film.passes() == 0;
+            if !is_first && self.job.budget.is_spent(&film, elapsed()) {
+                break Stop::Budget;
+            }
+            if !self.render_next(frame, &mut film, if is_first { &never } else { cancel }) {
+                break Stop::Cancelled;
+            }
+            let ended = observer.pass_done(&film, self.stats, elapsed()).is_break();
+            if ended || cancel.load(Ordering::Relaxed) {
+                break Stop::Cancelled;
+            }
+        };
+        observer.ended(&film, self.stats, elapsed());
+        film.begin_batch();
+        Outcome { film, stop }
+    }
+
     /// Adds the pass that comes next to `film`; `false` if it was cancelled.
-    fn render_next(&mut self, film: &mut Film, cancel: &AtomicBool) -> bool {
+    fn render_next(&mut self, frame: Option<u32>, film: &mut Film, cancel: &AtomicBool) -> bool {
+        let RenderJob { scene, seed, .. } = *self.job;
         let run = PassContext {
+            camera: scene.camera(frame),
             pass: Pass {
-                seed: self.seed,
+                seed: frame.map_or(seed, |index| seed_of_frame(seed, index)),
                 index: film.next_pass(),
             },
+            lights_seed: seed,
             guide: &self.guide,
             stats: self.stats,
             cancel,
@@ -216,7 +270,21 @@ impl<'j, 's> Passes<'j, 's> {
     }
 }
 
+/// The seed of what the frames of a walkthrough do not share: noise that neither lasts from frame to
+/// frame nor sticks to the screen.
+fn seed_of_frame(seed: u64, index: u32) -> u64 {
+    rng::mix(seed ^ rng::mix(FRAMES ^ u64::from(index)))
+}
+
 impl RenderJob<'_> {
+    /// The method of the passes. The lights of a frame of a walkthrough are made for many passes.
+    fn method_of_passes(&self) -> Method {
+        match self.frame {
+            None => self.method.clone(),
+            Some(_) => self.method.of_frames(self.budget.passes),
+        }
+    }
+
     /// A film without passes; `first`, the first pass of a block, comes next.
     pub fn film(&self, first: u32) -> Film {
         let desc = self.scene.sensor.desc().film.clone();

@@ -55,6 +55,8 @@ pub struct Scene {
     pub emitters: Emitters,
     /// The sensor to render.
     pub sensor: Sensor,
+    /// The cameras of a walkthrough, frame by frame; empty where there is one picture, by `sensor`.
+    frames: Vec<Sensor>,
     /// Limits on path length in the file.
     pub limits: PathLimits,
     /// Names of objects and materials.
@@ -97,6 +99,7 @@ impl Scene {
             textures: desc.textures,
             emitters,
             sensor,
+            frames: Vec::new(),
             limits: desc.limits,
             names,
             light_groups,
@@ -114,6 +117,50 @@ impl Scene {
         Ok(())
     }
 
+    /// The cameras of a walkthrough, frame by frame. All of them have the film of the sensor.
+    ///
+    /// # Errors
+    /// As of [`Scene::set_sensor`], with the index of the frame: the frames stay.
+    pub fn set_frames(&mut self, cameras: Vec<SensorDesc>) -> Result<(), (usize, SceneError)> {
+        let film = &self.sensor.desc().film;
+        let frame = |(index, camera): (usize, SensorDesc)| {
+            let camera = SensorDesc {
+                film: film.clone(),
+                ..camera
+            };
+            check_sensors::check_sensor(&camera).map_err(|error| (index, error))?;
+            Ok(Sensor::new(camera))
+        };
+        self.frames = cameras
+            .into_iter()
+            .enumerate()
+            .map(frame)
+            .collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    /// The cameras of a walkthrough, frame by frame; empty where there is none.
+    pub fn frames(&self) -> &[Sensor] {
+        &self.frames
+    }
+
+    /// The camera of a frame, counted from 0; the sensor without one.
+    ///
+    /// # Panics
+    /// There is no such frame.
+    pub fn camera(&self, frame: Option<u32>) -> &Sensor {
+        frame.map_or(&self.sensor, |index| &self.frames[index as usize])
+    }
+
+    /// The cameras whose pictures photons and virtual lights serve: those of all frames, or the
+    /// sensor.
+    pub fn views(&self) -> &[Sensor] {
+        match self.frames.as_slice() {
+            [] => std::slice::from_ref(&self.sensor),
+            frames => frames,
+        }
+    }
+
     /// Whether the light groups are those of these names.
     pub fn has_light_groups(&self, names: &LightGroupNames) -> bool {
         self.light_groups == LightGroups::new(names, &self.emitters)
@@ -125,16 +172,18 @@ impl Scene {
     }
 
     /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates
-    /// them on the part of the scene that the camera sees. Depends on the scene alone, and takes a
+    /// them on the part of the scene that the cameras see. Depends on the scene alone, and takes a
     /// pre-pass to compute, so make it once per render.
     pub fn emission_guide(&self) -> EmissionGuide {
         let rays = || {
-            let film = self.sensor.desc().film.crop_size.as_vec2();
+            let (film, views) = (self.sensor.desc().film.crop_size.as_vec2(), self.views());
             let pass = Pass { seed: 0, index: 0 };
             let ray = |i: u64| {
                 let mut sampler = pass.sampler(Stream::Pass, i);
                 let at = sampler.next_2d() * film;
-                self.sensor.ray(at, sampler.next_2d()).ray
+                views[i as usize % views.len()]
+                    .ray(at, sampler.next_2d())
+                    .ray
             };
             (0..GUIDE_RAYS).map(ray).collect()
         };

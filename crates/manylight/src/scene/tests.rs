@@ -14,6 +14,7 @@ fn sensor() -> SensorDesc {
     SensorDesc {
         name: String::new(),
         world_from_camera: Affine3A::IDENTITY,
+        motion: Vec::new(),
         kind: SensorKind::Perspective {
             fov: 40.0,
             fov_axis: FovAxis::X,

@@ -81,6 +81,7 @@ mod tests {
         Sensor::new(SensorDesc {
             name: String::new(),
             world_from_camera: placed * Affine3A::from_scale(scale),
+            motion: Vec::new(),
             kind,
             principal_point_offset: Vec2::new(0.1, -0.05),
             near_clip: 0.01,

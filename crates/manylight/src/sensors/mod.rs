@@ -53,6 +53,9 @@ pub struct SensorDesc {
     pub name: String,
     /// Camera frame to world; may contain a uniform scale and a reflection.
     pub world_from_camera: Affine3A,
+    /// The same, frame by frame, of a camera that moves; empty if it stands still. Pictures are
+    /// made by [`Scene::set_frames`](crate::scene::Scene::set_frames).
+    pub motion: Vec<Affine3A>,
     /// Kind and its parameters.
     pub kind: SensorKind,
     /// Shift of the principal point as a fraction of the full film's size (Mitsuba's

@@ -34,6 +34,7 @@ impl Case {
         Sensor::new(SensorDesc {
             name: String::new(),
             world_from_camera: look_at() * Affine3A::from_scale(Vec3::from(self.scale)),
+            motion: Vec::new(),
             kind: self.kind,
             principal_point_offset: Vec2::from(self.offset),
             near_clip: self.clip[0],

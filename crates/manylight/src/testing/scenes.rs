@@ -84,6 +84,7 @@ impl Builder {
         let size = UVec2::splat(size);
         let sensor = SensorDesc {
             name: String::new(),
+            motion: Vec::new(),
             world_from_camera: Affine3A::from_mat3_translation(
                 Mat3::from_cols(x, z.cross(x), z),
                 eye,

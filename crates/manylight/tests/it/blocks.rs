@@ -40,6 +40,7 @@ fn job(scene: &Scene, kind: MethodKind) -> RenderJob<'_> {
         },
         budget: Budget::passes(PASSES),
         seed: 3,
+        frame: None,
         block: NonZeroU32::new(BLOCK_STEP).unwrap(),
         guide: None,
     }
@@ -90,24 +91,22 @@ fn a_pass_alone_is_what_it_is_in_a_run() {
         let stats = Stats::default();
         let pass = |renderer: &mut Renderer, index: u32| {
             let mut film = job.film(0);
+            let pass = Pass {
+                seed: job.seed,
+                index,
+            };
             let run = PassContext {
-                pass: Pass {
-                    seed: job.seed,
-                    index,
-                },
-                guide: &guide,
-                stats: &stats,
-                cancel: &NEVER,
                 light_groups: film.light_groups(),
+                ..PassContext::of_picture(&scene, pass, &guide, &stats, &NEVER)
             };
             assert!(renderer.render_pass(&run, &mut film));
             film
         };
-        let mut run = Renderer::new(&scene, job.method.clone());
+        let mut run = Renderer::new(&scene, job.method.clone(), 1);
         for index in 0..PASSES {
             let in_run = pass(&mut run, index);
             if [1, 3, 6, 13, PASSES - 1].contains(&index) {
-                let alone = pass(&mut Renderer::new(&scene, job.method.clone()), index);
+                let alone = pass(&mut Renderer::new(&scene, job.method.clone(), 1), index);
                 assert_same(&alone, &in_run, &format!("{kind:?}, pass {index}"));
             }
         }

@@ -90,6 +90,7 @@ pub(crate) fn film_with(
         method,
         budget: Budget::passes(passes),
         seed,
+        frame: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };

@@ -115,14 +115,9 @@ fn caustic(scene: &Scene, film: &Film) -> f64 {
 fn film_by(guide: &EmissionGuide, scene: &Scene, kind: &MethodKind, seed: u64) -> Film {
     let method = method(scene, kind);
     let mut film = Film::new(scene.sensor.desc().film.clone(), &method.layers());
-    let run = PassContext {
-        pass: Pass { seed, index: 0 },
-        guide,
-        stats: &Stats::default(),
-        cancel: &AtomicBool::new(false),
-        light_groups: 0,
-    };
-    assert!(Renderer::new(scene, method).render_pass(&run, &mut film));
+    let (stats, never) = (Stats::default(), AtomicBool::new(false));
+    let run = PassContext::of_picture(scene, Pass { seed, index: 0 }, guide, &stats, &never);
+    assert!(Renderer::new(scene, method, 1).render_pass(&run, &mut film));
     film
 }
 

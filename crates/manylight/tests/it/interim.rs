@@ -14,13 +14,12 @@ use std::sync::atomic::AtomicBool;
 const SIZE: u32 = 48;
 
 fn maps(scene: &Scene, method: ManyLight) -> InterimMaps {
-    let run = PassContext {
-        guide: &scene.emission_guide(),
-        pass: Pass { seed: 5, index: 0 },
-        stats: &Stats::default(),
-        cancel: &AtomicBool::new(false),
-        light_groups: 0,
-    };
+    let (guide, stats, never) = (
+        scene.emission_guide(),
+        Stats::default(),
+        AtomicBool::new(false),
+    );
+    let run = PassContext::of_picture(scene, Pass { seed: 5, index: 0 }, &guide, &stats, &never);
     method.interim_maps(scene, scene.limits, &run).unwrap()
 }
 
@@ -189,14 +188,16 @@ fn one_and_two_threads_give_the_same_bits() {
 
 #[test]
 fn a_cancelled_pass_leaves_nothing() {
-    let run = PassContext {
-        guide: &EmissionGuide::default(),
-        pass: Pass { seed: 5, index: 0 },
-        stats: &Stats::default(),
-        cancel: &AtomicBool::new(true),
-        light_groups: 0,
-    };
     let scene = glossy_box(8).build();
+    let (guide, stats) = (EmissionGuide::default(), Stats::default());
+    let cancelled = AtomicBool::new(true);
+    let run = PassContext::of_picture(
+        &scene,
+        Pass { seed: 5, index: 0 },
+        &guide,
+        &stats,
+        &cancelled,
+    );
     let method = small(Placement::Importance);
     assert!(method.interim_maps(&scene, scene.limits, &run).is_none());
 }

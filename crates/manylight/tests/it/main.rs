@@ -25,3 +25,4 @@ mod mixed;
 mod photon_map;
 mod source;
 mod unsafe_code;
+mod walkthrough;

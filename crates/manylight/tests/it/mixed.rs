@@ -141,13 +141,12 @@ fn first_surfaces_are_those_of_both_methods() {
 }
 
 fn pre_pass(scene: &Scene, seed: u64) -> ChoicePrePass {
-    let run = PassContext {
-        pass: Pass { seed, index: 0 },
-        guide: &scene.emission_guide(),
-        stats: &Stats::default(),
-        cancel: &AtomicBool::new(false),
-        light_groups: 0,
-    };
+    let (guide, stats, never) = (
+        scene.emission_guide(),
+        Stats::default(),
+        AtomicBool::new(false),
+    );
+    let run = PassContext::of_picture(scene, Pass { seed, index: 0 }, &guide, &stats, &never);
     ChoicePrePass::new(&lights(), (scene, scene.limits), &run)
 }
 

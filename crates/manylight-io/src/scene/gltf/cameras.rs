@@ -41,6 +41,7 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
     let mut sensor = SensorDesc {
         name: name.to_owned(),
         world_from_camera: camera_frame(world_from_node),
+        motion: Vec::new(),
         kind: SensorKind::Orthographic,
         principal_point_offset: Vec2::ZERO,
         near_clip: near,
@@ -150,6 +151,7 @@ pub(super) fn framing(bounds: Aabb) -> SensorDesc {
             Mat3::from_cols(-right, up, -back),
             center + back * distance,
         ),
+        motion: Vec::new(),
         kind: SensorKind::Perspective {
             fov: FRAMING_FOV,
             fov_axis: FovAxis::Y,

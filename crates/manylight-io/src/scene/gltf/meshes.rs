@@ -83,6 +83,10 @@ impl<'a, 'b> Meshes<'a, 'b> {
         }
     }
 
+    pub(super) fn accessors(&self) -> &Accessors<'a, 'b> {
+        &self.accessors
+    }
+
     /// Stores the materials in `desc`, and returns the textures.
     pub(super) fn into_parts(self, desc: &mut SceneDesc) -> Textures {
         desc.media = self.materials.media();

@@ -6,7 +6,7 @@
 //!    the file, `origin` the program that made it.
 //! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of
 //!    the data.
-//! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by
+//! 3. `nodes` places meshes, cameras and lights; `animations` moves cameras. `meshes` makes shapes of `primitives`, deformed by
 //!    `deform`, with `tangents`.
 //! 4. `materials`, by `material_reader`, `scattering`, `extensions`, `glass`, `specular_glossiness`
 //!    and `textures`, maps materials to those of the renderer; `images` decodes images in parallel.
@@ -14,6 +14,7 @@
 //! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
 
 mod accessors;
+mod animations;
 mod buffers;
 mod cameras;
 mod compressed_primitives;
@@ -50,9 +51,11 @@ use super::sink::Sink;
 use crate::error::LoadErrorKind;
 use crate::file_error::Fault;
 use accessors::{Accessors, Decoded};
+use animations::CameraAnimations;
 use buffers::Buffers;
 use container::Container;
 use document::Document;
+use glam::DMat4;
 use json::Json;
 use lights::Dialect;
 use manylight::bsdf::Material;
@@ -60,6 +63,7 @@ use manylight::emitters::Emitter;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::scene::SceneDesc;
+use manylight::sensors::SensorDesc;
 use manylight::texture::{ColorInput, FloatInput, Texture};
 use materials::chosen_variant;
 use meshes::Meshes;
@@ -223,18 +227,12 @@ struct Builder<'a, 'b> {
 
 impl<'a> Builder<'a, '_> {
     fn scene(&mut self) {
-        let root = &self.document.root;
-        if let Some(first) = root.items("animations").first() {
-            first.warn_once(
-                "animations",
-                "animations are ignored; the scene is shown in the pose of its nodes",
-            );
-        }
         let hierarchy = Hierarchy::new(self.document);
+        let animations = CameraAnimations::read(&hierarchy, self.meshes.accessors());
         self.meshes.count_uses(&hierarchy);
         for (index, node) in hierarchy.nodes.iter().enumerate() {
             self.light(node);
-            self.camera(node);
+            self.camera(node, |fps| animations.frames(&hierarchy, node.index, fps));
             self.meshes.add_node(index, &hierarchy, &mut self.desc);
         }
     }
@@ -256,7 +254,8 @@ impl<'a> Builder<'a, '_> {
         name_light_group(&mut self.desc, first, group);
     }
 
-    fn camera(&mut self, node: &PlacedNode<'a>) {
+    /// Adds the camera of a node, which `frames` moves.
+    fn camera(&mut self, node: &PlacedNode<'a>, frames: impl FnOnce(f32) -> Vec<DMat4>) {
         let cameras = &self.document.cameras;
         let Some(index) = node.json.index("camera", "cameras", cameras.len()) else {
             return;
@@ -264,7 +263,19 @@ impl<'a> Builder<'a, '_> {
         let camera = &cameras[index];
         let name = node.json.string("name").or_else(|| camera.string("name"));
         let name = name.unwrap_or_default();
-        let sensor = cameras::sensor(camera, name, &node.world_from_node);
-        self.desc.sensors.extend(sensor);
+        let at = |world_from_node: &DMat4| cameras::sensor(camera, name, world_from_node);
+        self.desc
+            .sensors
+            .extend(at(&node.world_from_node).map(|sensor| {
+                let frames = frames(self.options.fps);
+                let motion = frames
+                    .iter()
+                    .filter_map(at)
+                    .map(|sensor| sensor.world_from_camera);
+                SensorDesc {
+                    motion: motion.collect(),
+                    ..sensor
+                }
+            }));
     }
 }

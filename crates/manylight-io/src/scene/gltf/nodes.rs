@@ -6,6 +6,8 @@ use glam::{DMat4, DQuat, DVec3};
 
 /// A node of the scene to show.
 pub(super) struct PlacedNode<'a> {
+    /// Index of the node in the file.
+    pub(super) index: usize,
     pub(super) json: Json<'a>,
     pub(super) world_from_node: DMat4,
 }
@@ -25,6 +27,8 @@ pub(super) struct Hierarchy<'a> {
     pub(super) nodes: Vec<PlacedNode<'a>>,
     /// By index of the node; that of nodes outside of the scene is the identity.
     pub(super) world: Vec<DMat4>,
+    /// By index of the node: the places of its parent and of itself in `nodes`.
+    places: Vec<Option<(Option<usize>, usize)>>,
 }
 
 impl<'a> Hierarchy<'a> {
@@ -33,20 +37,22 @@ impl<'a> Hierarchy<'a> {
         let mut hierarchy = Hierarchy {
             nodes: Vec::new(),
             world: vec![DMat4::IDENTITY; count],
+            places: vec![None; count],
         };
         let mut visited = vec![false; count];
         // A stack, not recursion: hierarchies may be deep. Reversed, so that nodes come in the
         // order of the file.
-        let mut stack: Vec<(usize, DMat4, Json<'a>)> = Vec::new();
-        let push = |stack: &mut Vec<_>, items: Vec<Json<'a>>, parent: DMat4| {
-            for item in items.into_iter().rev() {
-                if let Some(node) = item.as_index("nodes", count) {
-                    stack.push((node, parent, item));
+        let mut stack: Vec<(usize, Option<usize>, DMat4, Json<'a>)> = Vec::new();
+        let push =
+            |stack: &mut Vec<_>, items: Vec<Json<'a>>, above: Option<usize>, parent: DMat4| {
+                for item in items.into_iter().rev() {
+                    if let Some(node) = item.as_index("nodes", count) {
+                        stack.push((node, above, parent, item));
+                    }
                 }
-            }
-        };
-        push(&mut stack, roots(document), DMat4::IDENTITY);
-        while let Some((index, parent, reference)) = stack.pop() {
+            };
+        push(&mut stack, roots(document), None, DMat4::IDENTITY);
+        while let Some((index, above, parent, reference)) = stack.pop() {
             if std::mem::replace(&mut visited[index], true) {
                 reference.error(format!(
                     "node {index} is reached twice, but a hierarchy of nodes has neither cycles nor nodes with two parents"
@@ -59,13 +65,49 @@ impl<'a> Hierarchy<'a> {
             };
             let world_from_node = parent * local;
             hierarchy.world[index] = world_from_node;
-            push(&mut stack, json.items("children"), world_from_node);
+            let place = hierarchy.nodes.len();
+            hierarchy.places[index] = Some((above, place));
+            push(
+                &mut stack,
+                json.items("children"),
+                Some(place),
+                world_from_node,
+            );
             hierarchy.nodes.push(PlacedNode {
+                index,
                 json: json.clone(),
                 world_from_node,
             });
         }
         hierarchy
+    }
+
+    /// The nodes from a root to a node, with their indices; none if it is not in the scene.
+    pub(super) fn chain(&self, node: usize) -> Vec<(usize, &Json<'a>)> {
+        let mut chain = Vec::new();
+        let mut place = self.places[node].map(|(_, place)| place);
+        while let Some(at) = place {
+            let PlacedNode { index, json, .. } = &self.nodes[at];
+            chain.push((*index, json));
+            place = self.places[*index].and_then(|(above, _)| above);
+        }
+        chain.reverse();
+        chain
+    }
+
+    /// By index of the node: whether it is one of `wanted`, or above one.
+    pub(super) fn above(&self, wanted: impl Fn(&PlacedNode<'a>) -> bool) -> Vec<bool> {
+        let mut above = vec![false; self.world.len()];
+        // Children come after their parents.
+        for node in self.nodes.iter().rev() {
+            above[node.index] |= wanted(node);
+            if above[node.index]
+                && let Some((Some(parent), _)) = self.places[node.index]
+            {
+                above[self.nodes[parent].index] = true;
+            }
+        }
+        above
     }
 }
 
@@ -88,7 +130,7 @@ fn roots<'a>(document: &Document<'a>) -> Vec<Json<'a>> {
 }
 
 /// The transform from a node to its parent; `None` if it is invalid, which has been reported.
-fn local_transform(json: &Json<'_>) -> Option<DMat4> {
+pub(super) fn local_transform(json: &Json<'_>) -> Option<DMat4> {
     if json.has("matrix") {
         let matrix = DMat4::from_cols_array(&json.numbers("matrix")?);
         let last = matrix.row(3).to_array();

@@ -120,6 +120,7 @@ impl DescBuilder<'_> {
         let sensor = SensorDesc {
             name,
             world_from_camera,
+            motion: Vec::new(),
             kind,
             principal_point_offset,
             near_clip,

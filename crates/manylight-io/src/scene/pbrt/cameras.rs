@@ -52,6 +52,7 @@ impl Builder<'_> {
         self.desc.sensors.push(SensorDesc {
             name: String::new(),
             world_from_camera: Affine3A::from_mat4(frame.as_mat4()),
+            motion: Vec::new(),
             kind,
             principal_point_offset: Vec2::new(
                 0.5 * center[0] / extent[0],

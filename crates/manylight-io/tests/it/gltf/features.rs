@@ -254,7 +254,10 @@ fn environments_are_centered_at_plus_x() {
 #[test]
 fn ignored_features_are_named_once() {
     let document = changed(&[
-        ("/animations", json!([{}, {}])),
+        (
+            "/animations",
+            json!([{ "channels": [{ "target": { "node": 0, "path": "rotation" } }] }, {}]),
+        ),
         (
             "/extensionsUsed",
             json!([
@@ -268,7 +271,7 @@ fn ignored_features_are_named_once() {
     let found = Folder::new(&document).problems();
     assert_eq!(found.len(), 3, "{found:?}");
     for expected in [
-        "animations are ignored",
+        "animations of objects are ignored",
         "`EXT_lights_image_based` is ignored",
         "a scale of 0",
     ] {

@@ -1,6 +1,7 @@
 //! Loading of glTF files. The files are written by the tests: a document that is changed at some
 //! places.
 
+mod animations;
 mod compression;
 mod errors;
 mod extensions;

@@ -144,7 +144,7 @@ pub(super) fn assigned(
     nearest: &NearestLightsOfGroups,
 ) -> KdTree<CompensationPhoton> {
     let scene = cx.scene;
-    let subset = subsets.of_pixel(cx.group.passes.start, UVec2::ZERO);
+    let subset = subsets.of_pixel(cx.group.passes.start, UVec2::ZERO, 0);
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
         let group = reflected.photon.group;

@@ -11,6 +11,7 @@ use super::PreparedPasses;
 use super::chain_densities::{ChainDensities, SharedLight};
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
 use super::gather_point::{DIRECTIONS, GatherPath, GatherPoint, GatherRole};
+use super::passes::PixelFootprint;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::integrators::light_groups::RadianceByGroup;
@@ -284,6 +285,6 @@ fn bandwidth_within(prepared: &PreparedPasses, radius: f32) -> Bandwidth {
 }
 
 /// Largest radius of an estimate at `distance` m along a camera path, in m.
-pub(super) fn max_photon_radius(prepared: &PreparedPasses, distance: f32) -> f32 {
-    MAX_RADIUS_PIXELS * prepared.pixel.width_at(distance)
+pub(super) fn max_photon_radius(pixel: PixelFootprint, distance: f32) -> f32 {
+    MAX_RADIUS_PIXELS * pixel.width_at(distance)
 }

@@ -134,16 +134,19 @@ struct MeasuredPass<'s, 'r> {
     prepared: PreparedPasses<'s>,
 }
 
-impl<'s, 'r> MeasuredPass<'s, 'r> {
-    /// Pass `index` of the pre-pass.
+impl<'s: 'r, 'r> MeasuredPass<'s, 'r> {
+    /// Pass `index` of the pre-pass, of the view in the middle of all.
     fn new(
         method: &ManyLight,
         (scene, limits): (&'s Scene, PathLimits),
         run: &PassContext<'r>,
         index: u32,
     ) -> Self {
-        let seed = !run.pass.seed;
-        let run = run.with_pass(Pass { seed, index }).without_light_groups();
+        let (seed, views) = (!run.lights_seed, scene.views());
+        let run = PassContext {
+            camera: &views[views.len() / 2],
+            ..run.with_pass(Pass { seed, index }).without_light_groups()
+        };
         let group = PassGroup::single_pass(method, index);
         let prepared = method.prepare(scene, limits, &group, &run);
         MeasuredPass { run, prepared }
@@ -333,7 +336,7 @@ fn term_variances<const N: usize>(
     variants: [impl Fn(&mut PreparedPasses); N],
 ) -> [TermVariances; N] {
     // Whichever pass comes first in this run.
-    let pixels = sparse_pixels(scene, run.at_pass(0).pass);
+    let pixels = sparse_pixels(scene, run.of_lights(0).pass);
     let [a, b] = [0, 1].map(|index| {
         let mut pass = MeasuredPass::new(method, (scene, limits), run, index);
         variants.each_ref().map(|variant| {

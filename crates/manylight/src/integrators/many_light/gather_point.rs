@@ -10,6 +10,7 @@
 //!
 //! Both end at another gather point, on a sparse subset of the lights.
 
+use super::passes::PixelFootprint;
 use super::paths::{GroupScales, ScaleRow};
 use super::paths::{PathNumber, PixelNumbers, SPLIT};
 use super::radiance_cache::CACHE_NEIGHBORS;
@@ -22,6 +23,7 @@ use crate::film::TileSamples;
 use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::ids::MaterialId;
 use crate::integrators::connections::Connections;
+use crate::integrators::context::PassContext;
 use crate::integrators::guiding::environment_guide;
 use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
@@ -181,6 +183,7 @@ impl<'s> AsRef<ShadingPoint<'s>> for GatherPoint<'s> {
 /// What the camera paths of a tile share: their gather points and the tile's samples.
 pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) prepared: &'o PreparedPasses<'s>,
+    pub(super) pixel: PixelFootprint,
     pub(super) out: &'o mut TileSamples<'t>,
     /// The lights of this pass, by pixel.
     lights: Vec<Subset>,
@@ -205,12 +208,15 @@ pub(super) struct TileGather<'s, 'o, 't> {
 impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
     pub(super) fn new(
         prepared: &'o PreparedPasses<'s>,
-        pass: Pass,
+        run: &PassContext,
         out: &'o mut TileSamples<'t>,
     ) -> Self {
-        let lights = |pixel| prepared.subsets.of_pixel(pass.index, pixel);
+        let pass = run.pass;
+        let frame = pass.seed ^ run.lights_seed;
+        let lights = |pixel| prepared.subsets.of_pixel(pass.index, pixel, frame);
         TileGather {
             prepared,
+            pixel: PixelFootprint::of(run.camera),
             lights: out.tile().pixels().map(lights).collect(),
             scales: GroupScales::new(prepared.light_groups),
             connections: Connections::of(out),

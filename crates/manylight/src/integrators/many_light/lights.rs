@@ -235,11 +235,12 @@ pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIn
     };
     let scene = cx.scene;
     // The sensor takes positions in the crop window.
-    let size = scene.sensor.desc().film.crop_size.as_vec2();
+    let (size, views) = (scene.sensor.desc().film.crop_size.as_vec2(), scene.views());
     let probe = |k: u32| {
         let mut sampler = (cx.run.pass).sampler(Stream::Selection, 4 + u64::from(k));
         let film = sampler.next_2d() * size;
-        let ray = scene.sensor.ray(film, sampler.next_2d()).ray;
+        let view = &views[k as usize % views.len()];
+        let ray = view.ray(film, sampler.next_2d()).ray;
         let (_, x) = scene.intersect(&ray)?;
         Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
     };

@@ -43,6 +43,7 @@ pub use crate::virtual_lights::{GlossyForm, TableStorage};
 pub(super) use effort::{DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use lights::DARKEST_PIXEL;
+pub(super) use passes::KeptPasses;
 pub use passes::PreparedPasses;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
@@ -55,7 +56,6 @@ use super::context::PassContext;
 use crate::emitters::RayDensities;
 use crate::film::{Film, TileSamples};
 use crate::scene::{PathLimits, Scene};
-use passes::PixelFootprint;
 use radiance_cache::CacheParticles;
 use schedule::{GroupContext, LightSubsets};
 use trace::PhotonMaps;
@@ -74,7 +74,7 @@ impl ManyLight {
             scene,
             limits,
             group,
-            run: run.at_pass(group.passes.start),
+            run: run.of_lights(group.passes.start),
         };
         // 1. Trace photons from the emitters.
         let photons = trace::photons(cx);
@@ -107,7 +107,6 @@ impl ManyLight {
             compensation: self.compensation,
             emitter_samples: self.emitter_samples,
             camera_paths: self.started_paths(),
-            pixel: PixelFootprint::of(scene),
             gather,
             lights,
             subsets,
@@ -137,13 +136,12 @@ impl ManyLight {
     }
 
     /// One sample per pixel with the lights of one pass, before and after which `begin` and `end`
-    /// are called for each tile. `prepared` holds the lights of its group and is made where it is missing or of another
-    /// group. `false` if cancelled.
+    /// are called for each tile, with the lights of its group from `kept`. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
         (scene, limits): (&'s Scene, PathLimits),
         run: &PassContext,
-        prepared: &mut Option<PreparedPasses<'s>>,
+        kept: &mut KeptPasses<'s>,
         film: &mut Film,
         (begin, end): (
             impl Fn(&mut TileSamples) + Sync,
@@ -154,11 +152,7 @@ impl ManyLight {
             return false;
         }
         let group = self.pass_group(run.pass.index);
-        if prepared.as_ref().is_some_and(|made| made.group != group) {
-            // Dropped before the next is made: both might not fit into memory.
-            *prepared = None;
-        }
-        let prepared = prepared.get_or_insert_with(|| self.prepare(scene, limits, &group, run));
+        let prepared = kept.of_group(&group, || self.prepare(scene, limits, &group, run));
         let positions = film.desc().sampler();
         run.shade(film, shade::tiling(self, run.pass), |samples| {
             begin(samples);

@@ -10,6 +10,7 @@ use crate::maps::{IncidentMap, KdTree};
 use crate::math::Vec2;
 use crate::particles::Photon;
 use crate::scene::{PathLimits, Scene};
+use crate::sensors::Sensor;
 use crate::virtual_lights::light_groups::NearestLightsOfGroups;
 
 /// Everything that the passes of a group shade with.
@@ -25,7 +26,6 @@ pub struct PreparedPasses<'s> {
     pub(super) emitter_samples: u32,
     /// Camera paths that a pixel starts with in a pass.
     pub(super) camera_paths: u32,
-    pub(super) pixel: PixelFootprint,
     pub(super) gather: Gather,
     /// The virtual lights.
     pub lights: LightIndex<'s>,
@@ -45,6 +45,41 @@ pub struct PreparedPasses<'s> {
     pub(super) compensation_photons: KdTree<CompensationPhoton>,
 }
 
+/// What groups of passes shade with, kept for the passes to come.
+#[derive(Debug)]
+pub(in crate::integrators) struct KeptPasses<'s> {
+    groups: Vec<PreparedPasses<'s>>,
+    /// Most groups that are kept at once, at least 1.
+    most: usize,
+}
+
+impl<'s> KeptPasses<'s> {
+    pub(in crate::integrators) fn new(most: usize) -> Self {
+        KeptPasses {
+            groups: Vec::new(),
+            most: most.max(1),
+        }
+    }
+
+    /// That of `group`, which is made if it is missing. If there is no room, the oldest is dropped
+    /// before: both might not fit into memory.
+    pub(super) fn of_group(
+        &mut self,
+        group: &PassGroup,
+        make: impl FnOnce() -> PreparedPasses<'s>,
+    ) -> &PreparedPasses<'s> {
+        let found = self.groups.iter().position(|made| made.group == *group);
+        let index = found.unwrap_or_else(|| {
+            if self.groups.len() == self.most {
+                self.groups.remove(0);
+            }
+            self.groups.push(make());
+            self.groups.len() - 1
+        });
+        &self.groups[index]
+    }
+}
+
 /// Width of a pixel in the middle of the film, as a function of the distance from the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PixelFootprint {
@@ -55,11 +90,11 @@ pub(super) struct PixelFootprint {
 }
 
 impl PixelFootprint {
-    pub(super) fn of(scene: &Scene) -> Self {
-        let film = &scene.sensor.desc().film;
+    pub(super) fn of(camera: &Sensor) -> Self {
+        let film = &camera.desc().film;
         // The sensor takes positions relative to the crop window.
         let middle = film.size.as_vec2() * 0.5 - film.crop_offset.as_vec2();
-        let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
+        let ray = |film| camera.ray(film, Vec2::splat(0.5)).ray;
         let (a, b) = (ray(middle), ray(middle + Vec2::X));
         PixelFootprint {
             width: a.o.distance(b.o),
@@ -89,7 +124,7 @@ mod tests {
                 let film = &mut b.desc.sensors[0].film;
                 (film.crop_offset, film.crop_size) = (offset, UVec2::splat(8));
             }
-            PixelFootprint::of(&b.build()).width_at(1.0)
+            PixelFootprint::of(&b.build().sensor).width_at(1.0)
         };
         let (whole, cropped) = (footprint(None), footprint(Some(UVec2::splat(56))));
         assert!(

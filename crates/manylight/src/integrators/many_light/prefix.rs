@@ -43,11 +43,25 @@ pub(super) fn start(
                 count: starts,
             });
             let at = (index, pixel, position(number, start, starts));
-            walks.push(camera_walk(prepared, positions, at, gathers, &mut sampler));
+            walks.push(camera_walk(
+                run,
+                prepared,
+                positions,
+                at,
+                gathers,
+                &mut sampler,
+            ));
             for k in 1..EMISSION_PATHS {
                 let u = position(!number, start * EMISSION_PATHS + k, starts * EMISSION_PATHS);
                 let at = (index, pixel, u);
-                walks.push(camera_walk(prepared, positions, at, None, &mut sampler));
+                walks.push(camera_walk(
+                    run,
+                    prepared,
+                    positions,
+                    at,
+                    None,
+                    &mut sampler,
+                ));
             }
         }
     }
@@ -57,6 +71,7 @@ pub(super) fn start(
 /// A camera path through the point `u` of a pixel, with the index of the pixel in the tile;
 /// `number` as in [`Prefix`].
 fn camera_walk(
+    run: &PassContext,
     prepared: &PreparedPasses,
     positions: &FilmSampler,
     (index, pixel, u): (usize, UVec2, Vec2),
@@ -64,7 +79,7 @@ fn camera_walk(
     sampler: &mut Sampler,
 ) -> WalkRow<PathState> {
     let scene = (prepared.scene, prepared.limits);
-    let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+    let start = CameraStart::new(scene, run.camera, positions, (pixel, u), sampler.next_2d());
     let path = PathState {
         pixel: index as u32,
         stage: PathStage::BeforeX,
@@ -107,7 +122,7 @@ pub(super) fn end<'s, S: Width>(
             eta_squared: values.eta_squared(i),
             segments: vertex.segments,
             stage: PathStage::BeforeX,
-            max_photon_radius: max_photon_radius(tile.prepared, prefix.length),
+            max_photon_radius: max_photon_radius(tile.pixel, prefix.length),
             first_weight: 0.0,
             scales: ScaleRow::ONE,
         };

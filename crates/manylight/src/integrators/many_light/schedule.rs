@@ -4,7 +4,8 @@
 //! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and
 //! divided evenly along the space-filling curve. A group of 8 passes has 8 times the lights, each
 //! of which represents an 8th of the photons. Such lights differ less from each other, so that an
-//! 8th of them has less noise than a set that is made for one pass.
+//! 8th of them has less noise than a set that is made for one pass. In a walkthrough groups have
+//! many passes from the first one on, so that every pixel of every frame has all lights.
 //!
 //! The pixels of a pattern are shaded by different subsets of the lights, so that the noise of
 //! neighbors is independent: interleaved sampling. From pass to pass of a group every pixel goes on
@@ -64,6 +65,23 @@ pub struct PassGroup {
     pub neighbors: u32,
 }
 
+impl ManyLight {
+    /// The method for frames of a walkthrough, of `passes` passes each.
+    pub(in crate::integrators) fn of_frames(&self, passes: Option<u32>) -> Self {
+        ManyLight {
+            first_passes: passes.unwrap_or(MAX_GROUP_PASSES),
+            ..*self
+        }
+    }
+
+    /// Groups of the first `passes` passes.
+    pub(in crate::integrators) fn group_count(&self, passes: u32) -> u32 {
+        let end = |start: u32| passes_with(self, start).end;
+        let ends = std::iter::successors(Some(0), |&start| Some(end(start)));
+        ends.take_while(|&start| start < passes).count() as u32
+    }
+}
+
 impl PassGroup {
     /// The group of pass `index`. It depends on the settings and the index alone.
     pub(super) fn of_pass(method: &ManyLight, index: u32) -> Self {
@@ -100,8 +118,8 @@ impl PassGroup {
 }
 
 /// The passes that share the lights of pass `index`: a power of two of them, at most
-/// [`MAX_GROUP_PASSES`]; one pass with cuts, which are through all lights of a pass. Product cuts
-/// are through all lights of a group.
+/// [`MAX_GROUP_PASSES`], and no more than came before, beyond [`ManyLight::first_passes`]; one pass
+/// with cuts, which are through all lights of a pass. Product cuts are through all lights of a group.
 fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
     if matches!(method.strategy, Strategy::Cuts(_)) {
         return index..index + 1;
@@ -109,7 +127,7 @@ fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
     let most = MAX_GROUP_PASSES
         .min(MAX_GROUP_LIGHTS / method.light_count.max(1))
         .min(MAX_GROUP_PHOTON_PATHS / method.photon_paths.max(1))
-        .min(index);
+        .min(index.max(method.first_passes));
     let count = most.checked_ilog2().map_or(1, |log| 1 << log);
     let start = index - index % count;
     start..start + count
@@ -171,9 +189,10 @@ impl LightSubsets {
         }
     }
 
-    /// The lights of `pixel` in pass `index`.
-    pub(super) fn of_pixel(&self, index: u32, pixel: UVec2) -> Subset {
-        let place = place_in_pattern(pixel, self.interleaving, self.key);
+    /// The lights of `pixel` in pass `index`. `frame` changes the order of the patterns, so that they
+    /// do not stick to the screen in a walkthrough; 0 outside of one.
+    pub(super) fn of_pixel(&self, index: u32, pixel: UVec2, frame: u64) -> Subset {
+        let place = place_in_pattern(pixel, self.interleaving, self.key ^ frame);
         let ahead = place * (self.shaded / self.interleaving.pow(2));
         let k = self.first + (index - self.start + ahead) % self.shaded;
         Subset::ALL.part(k % self.count, self.count)
@@ -234,6 +253,19 @@ mod tests {
             ..method
         };
         assert_eq!(large.pass_group(11).passes, 11..12);
+        let of_frames = |passes| {
+            let frames = method.of_frames(Some(passes));
+            let groups = (0..passes).map(|pass| frames.pass_group(pass).passes);
+            let mut groups: Vec<_> = groups.collect();
+            groups.dedup();
+            assert_eq!(groups.len() as u32, frames.group_count(passes));
+            groups
+        };
+        assert_eq!(of_frames(20), [0..8, 8..16, 16..24]);
+        assert_eq!(of_frames(6), [0..4, 4..8]);
+        assert_eq!(of_frames(1).len(), 1);
+        let cuts = ManyLight::rich_lightcuts().of_frames(Some(5));
+        assert_eq!(cuts.group_count(5), 5);
     }
 
     #[test]
@@ -251,7 +283,7 @@ mod tests {
             };
             let of_pixel = |pass: u32, k: u32| {
                 let pixel = UVec2::new(k % interleaving + 8, k / interleaving + 4);
-                subsets.of_pixel(8 + pass, pixel)
+                subsets.of_pixel(8 + pass, pixel, 0)
             };
             let distinct = |all: &mut Vec<Subset>| {
                 all.sort();

@@ -48,6 +48,8 @@ pub struct ManyLight {
     /// Camera paths that a pixel starts with in a pass, among which its lights and directions are
     /// divided; one with [`Strategy::Cuts`].
     pub camera_paths: u32,
+    /// Passes that share the first set of lights: 1, or those of a frame of a walkthrough.
+    pub first_passes: u32,
     /// How `light_count`, `photon_paths`, `roulette`, `emitter_samples` and `camera_paths` are set.
     pub effort: Effort,
 }
@@ -324,6 +326,7 @@ impl ManyLight {
             roulette: ROULETTE,
             emitter_samples: EMITTER_SAMPLES,
             camera_paths: CAMERA_PATHS,
+            first_passes: 1,
             effort: Effort::Fixed,
         }
     }

@@ -62,7 +62,7 @@ impl<'s> PreparedPasses<'s> {
         positions: &FilmSampler,
         out: &mut TileSamples,
     ) {
-        let mut tile = TileGather::new(self, run.pass, out);
+        let mut tile = TileGather::new(self, run, out);
         let shadow_rays = self.follow_paths(run, positions, &mut tile);
         let (mut points, scales) = (tile.points, tile.scales);
         let mut counts = TileCounts {

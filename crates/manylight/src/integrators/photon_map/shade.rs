@@ -69,7 +69,8 @@ impl PhotonMapPass<'_> {
                 let mut sampler = pass.sampler(Stream::Pixel, number);
                 let u = pass.low_discrepancy_2d(Stream::Pixel, number);
                 let scene = (self.scene, self.limits);
-                let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+                let u_lens = sampler.next_2d();
+                let start = CameraStart::new(scene, run.camera, positions, (pixel, u), u_lens);
                 let path = PathState {
                     first: FirstPart {
                         pixel: index as u32,

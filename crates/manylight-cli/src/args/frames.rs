@@ -1,0 +1,50 @@
+//! Options of walkthroughs.
+
+use super::written;
+use crate::values::{self, FrameRange};
+use clap::{Args, ValueHint};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Options of single pictures.
+const NOT_OF_FRAMES: [&str; 6] = [
+    "time",
+    "target_error",
+    "shard",
+    "checkpoint",
+    "resume",
+    "preview",
+];
+
+/// Options of walkthroughs.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
+#[command(next_help_heading = "Walkthroughs")]
+pub(crate) struct FrameArgs {
+    /// Render a picture for each camera of a JSON file, with the same photons and virtual lights: a
+    /// list of matrices from the camera to the world, of four rows each. A camera looks along +z,
+    /// with +y up and +x to the left.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = NOT_OF_FRAMES)]
+    #[serde(serialize_with = "written::path")]
+    pub(crate) cameras: Option<PathBuf>,
+
+    /// Frames to render with the same photons and virtual lights, counted from 1, both included; A
+    /// alone is one frame, and A.. goes to the end. Without --cameras, those of a camera that moves
+    /// in the scene. The name of a picture has the number of its frame: in the place of #### in the
+    /// name of -o, or before the extension. The lights serve all frames, also those that are not
+    /// rendered. A method that is chosen is rich-vpl.
+    #[arg(long, value_name = "A..B", value_parser = values::frames, conflicts_with_all = NOT_OF_FRAMES)]
+    #[serde(serialize_with = "written::frames")]
+    pub(crate) frames: Option<FrameRange>,
+
+    /// Leave frames whose pictures exist as they are.
+    #[arg(long)]
+    #[serde(skip)]
+    pub(crate) skip_existing: bool,
+}
+
+impl FrameArgs {
+    /// Whether frames are rendered, not one picture.
+    pub(crate) fn is_walkthrough(&self) -> bool {
+        self.cameras.is_some() || self.frames.is_some()
+    }
+}

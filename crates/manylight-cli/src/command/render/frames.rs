@@ -1,0 +1,200 @@
+//! `--frames`, `--cameras`: the frames of a walkthrough, each to image files of its own.
+
+use super::Run;
+use crate::args::FrameArgs;
+use crate::failure::Failure;
+use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
+use crate::output::{print_data, print_message, print_warnings};
+use crate::picture::{PictureFacts, PictureSource};
+use crate::progress::{self, ProgressGoal};
+use crate::report::RenderReport;
+use crate::request::RenderRequest;
+use crate::session::Session;
+use crate::values::FrameRange;
+use manylight::film::Film;
+use manylight::render::{RenderJob, Stop, Walkthrough};
+use manylight_denoise::Oidn;
+use manylight_io::{check_replaceable, shown_path};
+use manylight_lab::text::plural;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Digits of a frame in the name of a picture whose place for them is not given.
+const DIGITS: usize = 4;
+
+impl Run<'_> {
+    /// Renders the frames one by one. An interrupted frame is not written.
+    pub(super) fn frames(&self, oidn: Option<&Oidn>) -> Result<u8, Failure> {
+        let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
+        let (request, pool, stats) = (&session.request, &session.pool, &session.stats);
+        let frames = frames_to_render(request, session.scene.frames().len() as u32)?;
+        for file in frames.iter().flat_map(|&frame| files(request, frame)) {
+            check_replaceable(&file)?;
+        }
+        let job = RenderJob {
+            frame: Some(0),
+            ..session.job()
+        };
+        let surroundings = Surroundings {
+            sums: sums_of_render(&job),
+            beside: Some(image_memory(request, &job)),
+            at_end: None,
+        };
+        pool.install(|| check_memory(request.memory_limit, &job, surroundings))?;
+        let mut walkthrough = pool.install(|| Walkthrough::new(&job, stats));
+        let mut written = Vec::new();
+        let mut passes = 0;
+        for (done, &frame) in frames.iter().enumerate() {
+            let index = frame - 1;
+            let mut of_frame = RenderJob {
+                frame: Some(index),
+                ..job.clone()
+            };
+            let features = session.features(&mut of_frame, interrupt);
+            let goal = ProgressGoal::new(job.budget, display);
+            let outcome =
+                progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
+                    pool.install(|| walkthrough.render(index, interrupt.cancel(), observer))
+                });
+            if outcome.stop == Stop::Cancelled {
+                print_message(format_args!(
+                    "interrupted: {done} of {} frames are written; --skip-existing leaves them as they are",
+                    frames.len()
+                ));
+                break;
+            }
+            passes = outcome.film.passes();
+            written.extend(self.write_frame(
+                (frame, &of_frame),
+                &outcome.film,
+                (oidn, features),
+            )?);
+        }
+        self.warn_of_samples();
+        if display.json {
+            let report = session.report(&job, passes);
+            let mut report = report.to_json();
+            report["outputs"] = written
+                .iter()
+                .map(|file| json!(file.display().to_string()))
+                .collect();
+            print_data(report)?;
+        }
+        self.exit_code()
+    }
+
+    /// Denoises and writes a frame. Returns its files.
+    fn write_frame(
+        &self,
+        (frame, job): (u32, &RenderJob),
+        film: &Film,
+        (oidn, features): (Option<&Oidn>, Option<Film>),
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let (session, interrupt) = (&self.session, self.interrupt);
+        let denoised = session.denoise(oidn, film, features.as_ref(), interrupt);
+        if denoised.interrupted {
+            print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
+        }
+        let request = of_frame(session, frame);
+        let mut report: RenderReport = session.report(job, film.passes());
+        report.settings.request = &request;
+        let camera = session.scene.camera(job.frame);
+        let metadata = report.metadata();
+        let facts = PictureFacts::new(&session.scene, camera, film.id_layers(), metadata);
+        let source = PictureSource {
+            film,
+            denoised: denoised.image.as_ref(),
+            facts: &facts,
+        };
+        let files = files(&session.request, frame);
+        session.stats.time("write", || {
+            source.write(&files, &session.request.picture.file, interrupt)
+        })?;
+        if !self.args.display.quiet {
+            for path in &files {
+                print_message(format_args!("wrote {}", shown_path(path)));
+            }
+        }
+        denoised.failure.map_or(Ok(files), Err)
+    }
+}
+
+/// The request that repeats a frame.
+fn of_frame(session: &Session, frame: u32) -> RenderRequest {
+    let range = FrameRange {
+        first: frame,
+        last: Some(frame),
+    };
+    RenderRequest {
+        frames: FrameArgs {
+            frames: Some(range),
+            ..session.request.frames.clone()
+        },
+        ..session.request.clone()
+    }
+}
+
+/// The frames that are asked for, out of `count`.
+fn frames_to_render(request: &RenderRequest, count: u32) -> Result<Vec<u32>, Failure> {
+    let range = request.frames.frames;
+    let (first, last) = range.map_or((1, None), |range| (range.first, range.last));
+    let last = last.unwrap_or(count);
+    if let Some(range) = range.filter(|_| first.max(last) > count) {
+        return Err(Failure::usage(
+            format!(
+                "--frames {range}: found {count} camera{}",
+                plural(count as usize)
+            ),
+            "frames are counted from 1",
+        ));
+    }
+    let is_kept = |frame: &u32| {
+        request.frames.skip_existing && files(request, *frame).iter().all(|file| file.exists())
+    };
+    Ok((first..=last).filter(|frame| !is_kept(frame)).collect())
+}
+
+/// The files of a frame.
+fn files(request: &RenderRequest, frame: u32) -> Vec<PathBuf> {
+    request
+        .outputs
+        .iter()
+        .map(|path| numbered(path, frame))
+        .collect()
+}
+
+/// The name of a file with the number of a frame: in the place of the last run of `#` in it, with as
+/// many digits, or before the extension.
+fn numbered(path: &Path, frame: u32) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let numbered = match name.rfind('#') {
+        Some(end) => {
+            let start = name[..end].rfind(|c| c != '#').map_or(0, |at| {
+                at + name[at..].chars().next().map_or(1, char::len_utf8)
+            });
+            let digits = end + 1 - start;
+            format!("{}{frame:0digits$}{}", &name[..start], &name[end + 1..])
+        }
+        None => {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            format!("{stem}.{frame:0DIGITS$}.{extension}")
+        }
+    };
+    path.with_file_name(numbered)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_the_number_of_the_frame() {
+        let named = |path: &str, frame| numbered(Path::new(path), frame).display().to_string();
+        assert_eq!(named("a/walk.exr", 7), "a/walk.0007.exr");
+        assert_eq!(named("walk-##.exr", 7), "walk-07.exr");
+        assert_eq!(named("#.png", 123), "123.png");
+        assert_eq!(named("a#/é##x.png", 5), "a#/é05x.png");
+        assert_eq!(named("walk.a.exr", 12345), "walk.a.12345.exr");
+    }
+}
