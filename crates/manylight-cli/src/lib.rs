@@ -13,7 +13,7 @@
 //! ```text
 //! 10 command embed
 //!  9 prepared
-//!  8 part pre_pass interim
+//!  8 part pre_pass interim kept_lights
 //!  7 session memory
 //!  6 report
 //!  5 relight repeat study_interface
@@ -31,6 +31,7 @@ pub mod embed;
 mod failure;
 mod interim;
 mod interrupt;
+mod kept_lights;
 mod light_groups;
 mod light_options;
 mod memory;

@@ -136,7 +136,8 @@ pub(crate) const MANY_LIGHT: &[LightOption<ManyLight>] = &[
     LightOption {
         name: "table-storage",
         value: "KIND",
-        help: "Storage of a texel: float (12 bytes), shared (4 bytes with a shared exponent)",
+        help: "Storage of a texel: float (12 bytes), shared (4 bytes with a shared exponent), blocks (half a byte in blocks of 4 x 4 texels; black blocks \
+            take one byte)",
         needs: Some(("emission", "table")),
         words: Some(words::<TableStorage>),
         set: |method, word| match &mut method.emission {

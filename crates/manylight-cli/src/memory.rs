@@ -7,7 +7,7 @@ use crate::picture;
 use crate::report::resident_bytes;
 use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
-use manylight::integrators::{StageMemory, estimated_memory};
+use manylight::integrators::{LightSets, StageMemory, estimated_memory};
 use manylight::render::RenderJob;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -61,7 +61,13 @@ pub(crate) fn check_memory(
     let mut stages = vec![scene];
     let (unguided, passes) = (EmissionGuide::default(), job.budget.passes);
     let guide = job.guide.unwrap_or(&unguided);
-    let mut of_passes = estimated_memory(&job.method, job.scene, guide, passes, sums, job.seed);
+    let sets = match job.lights {
+        Some(_) => LightSets::Given,
+        None if job.frame.is_some() => LightSets::All,
+        None => LightSets::One,
+    };
+    let method = (&job.method, sets);
+    let mut of_passes = estimated_memory(method, job.scene, guide, passes, sums, job.seed);
     stages.extend(of_passes.drain(..1).filter(|_| sums > 0));
     stages.extend(beside);
     let at_end: Vec<StageMemory> = at_end.into_iter().chain(kept(&of_passes)).collect();
@@ -101,6 +107,20 @@ pub(crate) fn check_memory(
         ),
         help,
     ))
+}
+
+/// [`check_memory`] of the lights of all passes of `job`, before they are made.
+pub(crate) fn check_memory_of_lights(limit: Option<u64>, job: &RenderJob) -> Result<(), Failure> {
+    let job = RenderJob {
+        frame: Some(0),
+        ..job.clone()
+    };
+    let surroundings = Surroundings {
+        sums: 0,
+        beside: None,
+        at_end: None,
+    };
+    check_memory(limit, &job, surroundings)
 }
 
 /// What the allocator keeps of the passes when they have ended: the lists of photons of tasks, one

@@ -156,6 +156,10 @@ fn contradiction(found: Contradiction) -> Failure {
             "--interleaving with --strategy lightcuts",
             "use --interleaving 1",
         ),
+        Contradiction::LargeBlocks => (
+            "--table-storage blocks with a large --table-size",
+            "use at most --table-size 60, or --table-storage shared",
+        ),
         Contradiction::Pattern => ("--interleaving of no power of two", "use 1, 2 or 4"),
     };
     Failure::usage(

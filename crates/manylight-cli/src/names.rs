@@ -119,6 +119,7 @@ impl Named for TableStorage {
     const NAMES: &'static [(&'static str, Self)] = &[
         ("float", TableStorage::Float),
         ("shared", TableStorage::Shared),
+        ("blocks", TableStorage::Blocks),
     ];
 }
 

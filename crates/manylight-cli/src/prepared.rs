@@ -7,7 +7,7 @@ use crate::part::Resumed;
 use crate::pre_pass::choice_time;
 use crate::session::Session;
 use manylight::film::Film;
-use manylight::integrators::StageMemory;
+use manylight::integrators::{KeptLights, StageMemory};
 use manylight::render::RenderJob;
 use serde_json::{Map, Value};
 
@@ -23,16 +23,20 @@ pub(crate) struct Prepared<'s> {
 }
 
 impl<'s> Prepared<'s> {
-    /// Prepares the render of `session`. `beside` is memory that lasts as long as the render.
+    /// Prepares the render of `session`, with lights that were made before. `beside` is memory that lasts as long as the render.
     ///
     /// # Errors
     /// The memory limit is too small, or the checkpoint to continue from is not one of this render.
     pub(crate) fn new(
         session: &'s Session,
+        lights: Option<&'s KeptLights<'s>>,
         beside: Option<StageMemory>,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let mut job = session.job();
+        let mut job = RenderJob {
+            lights,
+            ..session.job()
+        };
         let surroundings = Surroundings {
             sums: sums_of_render(&job),
             beside,
@@ -40,7 +44,9 @@ impl<'s> Prepared<'s> {
         };
         let limit = session.request.memory_limit;
         (session.pool).install(|| check_memory(limit, &job, surroundings))?;
-        let identity = session.settings(&job).identity(&session.digest);
+        let identity = session
+            .settings(&job)
+            .identity(&session.digest, session.digest_of_lights());
         let resumed = Resumed::load(&session.request, &job, &identity)?;
         job.budget.time = (job.budget.time).map(|limit| limit.saturating_sub(choice_time(session)));
         let features = session.features(&mut job, interrupt);

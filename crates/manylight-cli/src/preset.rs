@@ -119,7 +119,7 @@ pub(crate) const PRESETS: &[Preset] = &[
 ];
 
 /// The method of walkthroughs where one would be chosen: its lights serve all frames.
-pub(crate) fn of_walkthroughs() -> &'static Preset {
+pub(crate) fn of_kept_lights() -> &'static Preset {
     find("rich-vpl").expect("invariant: the preset exists")
 }
 

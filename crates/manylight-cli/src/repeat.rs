@@ -38,6 +38,7 @@ impl Settings<'_> {
         map.extend(written(&request.picture.file));
         map.extend(written(&request.denoise));
         map.shift_remove("oidn_lib");
+        map.extend(written(&request.kept));
         map.extend(object(json!({
             "passes": request.budget.passes,
             "time": request.budget.time.map(|time| time.as_secs_f64()),
@@ -93,13 +94,15 @@ impl Settings<'_> {
 
     /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the
     /// scene. Parts of one render agree in it.
-    pub(crate) fn identity(&self, scene_digest: &str) -> Map<String, Value> {
+    /// `lights` is the SHA-256 of the lights of a file, if the render shades by them.
+    pub(crate) fn identity(&self, scene_digest: &str, lights: Option<&str>) -> Map<String, Value> {
         let mut map = object(json!({
             "version": env!("CARGO_PKG_VERSION"),
             "instruction_set": manylight::instruction_set(),
             "scene_sha256": scene_digest,
             "method": self.request.paths.method.name,
         }));
+        map.extend(lights.map(|digest| ("lights_sha256".into(), digest.into())));
         map.extend(self.deciding());
         map
     }
@@ -138,8 +141,12 @@ pub(crate) fn command_line(
     words.push(request.scene.display().to_string());
     let mut add = |name: &str, value: Value| words.extend(option_words(name, value));
     let method = choice.map_or(request.paths.method.name, choice::repeating_method);
-    add("method", method.into());
-    if !choice.is_some_and(choice::is_path) {
+    // Lights that are kept have a method and settings of their own.
+    let has_lights = request.kept.lights_in.is_some();
+    if !has_lights {
+        add("method", method.into());
+    }
+    if !has_lights && !choice.is_some_and(choice::is_path) {
         for (name, value) in light_options::settings(&request.kind) {
             add(name, value.into());
         }
@@ -153,6 +160,7 @@ pub(crate) fn command_line(
         written(&request.picture.file),
         written(&request.picture),
         written(&request.frames),
+        written(&request.kept),
         written(&request.gltf),
     ] {
         group
@@ -237,6 +245,7 @@ mod tests {
             "--cameras walk.json --frames 3..7",
             "-m vpl --frames 4",
             "--frames 4..",
+            "--lights-out some/file.lights",
             "-m path --light-group key=lamp --light-group fill=sky",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {

@@ -1,15 +1,15 @@
 //! The request of a render: all options with their defaults, checked before any file is read.
 
 use crate::args::{
-    CameraArgs, DenoiseArgs, FrameArgs, GltfArgs, MapsArgs, PartArgs, PathArgs, PictureArgs,
-    RenderArgs, RunArgs,
+    CameraArgs, DenoiseArgs, FrameArgs, GltfArgs, KeptLightArgs, MapsArgs, PartArgs, PathArgs,
+    PictureArgs, RenderArgs, RunArgs,
 };
 use crate::failure::Failure;
 use crate::method::{choice_refusal, method_kind};
 use crate::preset::{self, Preset};
 use crate::values::{Crop, GroupRule};
 use manylight::film::FilmDesc;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{KeptLights, Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::PathLimits;
@@ -49,6 +49,8 @@ pub(crate) struct RenderRequest {
     pub(crate) camera: CameraArgs,
     /// Cameras and frames of a walkthrough.
     pub(crate) frames: FrameArgs,
+    /// Files of virtual lights.
+    pub(crate) kept: KeptLightArgs,
     /// What a glTF scene does not say.
     pub(crate) gltf: GltfArgs,
 }
@@ -72,6 +74,7 @@ impl RenderRequest {
         }
         let method = method_of(args);
         let kind = method_kind(method, &args.lights)?;
+        check_kept(args, &kind)?;
         check_rules(&args.picture.light_group)?;
         if args.frames.skip_existing && !args.frames.is_walkthrough() {
             return Err(Failure::usage(
@@ -119,6 +122,7 @@ impl RenderRequest {
             parts: args.parts.clone(),
             camera: args.camera.clone(),
             frames: args.frames.clone(),
+            kept: args.kept.clone(),
             gltf: args.gltf.clone(),
         })
     }
@@ -142,6 +146,7 @@ impl RenderRequest {
             parts: PartArgs::default(),
             camera: args.camera.clone(),
             frames: FrameArgs::default(),
+            kept: KeptLightArgs::default(),
             gltf: args.gltf.clone(),
         })
     }
@@ -193,10 +198,34 @@ impl RenderRequest {
     }
 }
 
+/// Refuses to keep lights of a method that has none, or has trees over them.
+fn check_kept(args: &RenderArgs, kind: &MethodKind) -> Result<(), Failure> {
+    if args.kept.lights_out.is_none() {
+        return Ok(());
+    }
+    let MethodKind::ManyLight(lights) = kind else {
+        return Err(Failure::usage(
+            format!(
+                "--lights-out: the method {} has no virtual lights",
+                args.paths.method.name
+            ),
+            "choose another --method, such as rich-vpl",
+        ));
+    };
+    KeptLights::check(lights).map_err(|error| {
+        let message = format!("--lights-out: {error}");
+        Failure::usage(
+            message,
+            "choose a method that sums all lights, such as rich-vpl",
+        )
+    })
+}
+
 /// The method of a render.
 fn method_of(args: &RenderArgs) -> &'static Preset {
+    let makes_lights_first = args.frames.is_walkthrough() || args.kept.lights_out.is_some();
     match args.paths.method {
-        method if method.is_chosen() && args.frames.is_walkthrough() => preset::of_walkthroughs(),
+        method if method.is_chosen() && makes_lights_first => preset::of_kept_lights(),
         method => method,
     }
 }

@@ -19,6 +19,7 @@ use manylight_denoise::{
     FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
     render_features,
 };
+use manylight_io::part::LightsFile;
 use manylight_io::{
     LoadOptions, LoadedScene, is_same_file, load_scene, read_camera_path, scene_digest, shown_path,
 };
@@ -31,8 +32,12 @@ use std::time::Instant;
 pub struct Session {
     pub(crate) request: RenderRequest,
     pub(crate) scene: Arc<Scene>,
-    /// SHA-256 of the files of the scene.
+    /// SHA-256 of the files of the scene, and of the cameras of a walkthrough.
     pub(crate) digest: String,
+    /// SHA-256 of the files of the scene alone.
+    pub(crate) lights_digest: String,
+    /// The file of lights that the render shades by, if they were made before.
+    pub(crate) lights: Option<LightsFile>,
     /// Warnings about the scene, without repetitions.
     pub(crate) warnings: Vec<String>,
     /// Version of Open Image Denoise, if the image is to be denoised.
@@ -70,8 +75,10 @@ pub(crate) struct SceneFile {
     pub(crate) desc: SceneDesc,
     /// Warnings without repetitions.
     pub(crate) warnings: Vec<String>,
-    /// SHA-256 of the files of the scene.
+    /// SHA-256 of the files of the scene, and of the cameras of a walkthrough.
     pub(crate) digest: String,
+    /// SHA-256 of the files of the scene alone.
+    pub(crate) lights_digest: String,
     /// The files of the scene.
     files: Vec<PathBuf>,
 }
@@ -90,12 +97,19 @@ impl SceneFile {
         stats.time("load", || {
             pool.install(|| {
                 let mut loaded = load_scene(&request.scene, options)?;
-                loaded.files.extend(request.frames.cameras.clone());
-                let digest = scene_digest(&request.scene, &loaded.files)?;
+                let lights_digest = scene_digest(&request.scene, &loaded.files)?;
+                let digest = match &request.frames.cameras {
+                    None => lights_digest.clone(),
+                    Some(cameras) => {
+                        loaded.files.push(cameras.clone());
+                        scene_digest(&request.scene, &loaded.files)?
+                    }
+                };
                 Ok(SceneFile {
                     warnings: distinct_warnings(&loaded),
                     desc: loaded.desc,
                     digest,
+                    lights_digest,
                     files: loaded.files,
                 })
             })
@@ -104,9 +118,10 @@ impl SceneFile {
 
     /// Refuses to replace a file of the scene by what `request` writes.
     pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
-        let checkpoint = request.parts.checkpoint.as_ref();
+        let others = [&request.parts.checkpoint, &request.kept.lights_out];
+        let others = others.into_iter().flatten();
         let is_input = |output: &Path| self.files.iter().any(|file| is_same_file(output, file));
-        match (request.outputs.iter().chain(checkpoint)).find(|output| is_input(output)) {
+        match (request.outputs.iter().chain(others)).find(|output| is_input(output)) {
             None => Ok(()),
             Some(output) => Err(Failure::usage(
                 format!(
@@ -212,6 +227,7 @@ impl Session {
             budget,
             seed: request.paths.seed,
             frame: None,
+            lights: None,
             block,
             guide: self.guide(),
         }
@@ -226,12 +242,18 @@ impl Session {
         method
     }
 
-    /// The guide of the photons, made when it is needed first; `None` for methods without photons.
+    /// The guide of the photons, made when it is needed first; `None` if none are emitted.
     pub(crate) fn guide(&self) -> Option<&EmissionGuide> {
         let method = self.method();
         let make = || method.guided_emission(&self.scene);
         let guided = || self.pool.install(|| self.stats.time("photons", make));
-        (method.emits_photons()).then(|| &self.guided.get_or_init(guided).guide)
+        let emits_photons = method.emits_photons() && self.lights.is_none();
+        emits_photons.then(|| &self.guided.get_or_init(guided).guide)
+    }
+
+    /// SHA-256 of the lights of a file, if the render shades by them.
+    pub(crate) fn digest_of_lights(&self) -> Option<&str> {
+        self.lights.as_ref().map(LightsFile::digest)
     }
 
     /// Settings of a render of `job`.

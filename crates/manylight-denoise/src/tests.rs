@@ -163,6 +163,7 @@ fn a_film_is_denoised_with_its_features() {
         budget: Budget::passes(8),
         seed: 1,
         frame: None,
+        lights: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };

@@ -50,7 +50,7 @@
 //!  4 texture
 //!  3 geometry film
 //!  2 sampling
-//!  1 image stats lanes
+//!  1 image stats lanes arrays
 //!  0 math color ids simd
 //! ```
 
@@ -61,6 +61,8 @@ pub mod color;
 pub mod image;
 
 pub mod ids;
+
+pub mod arrays;
 
 mod simd;
 pub use simd::{instruction_set, select_instruction_set};

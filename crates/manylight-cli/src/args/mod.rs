@@ -8,6 +8,7 @@
 mod frames;
 mod gltf;
 mod inspect;
+mod kept_lights;
 mod measure;
 mod parts;
 mod picture;
@@ -23,6 +24,7 @@ pub(crate) use gltf::GltfArgs;
 pub(crate) use inspect::{
     CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,
 };
+pub(crate) use kept_lights::KeptLightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
 pub(crate) use parts::{MergeArgs, PartArgs, RelightArgs};
 pub(crate) use picture::{FileArgs, PictureArgs};

@@ -2,6 +2,7 @@
 
 use super::frames::FrameArgs;
 use super::gltf::GltfArgs;
+use super::kept_lights::KeptLightArgs;
 use super::parts::PartArgs;
 use super::picture::PictureArgs;
 use super::written;
@@ -79,6 +80,10 @@ pub(crate) struct RenderArgs {
     /// Walkthroughs.
     #[command(flatten)]
     pub(crate) frames: FrameArgs,
+
+    /// Kept lights.
+    #[command(flatten)]
+    pub(crate) kept: KeptLightArgs,
 
     /// glTF scenes.
     #[command(flatten)]

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
         ..DisplayArgs::default()
     };
     let interrupt = Interrupt::install()?;
-    let session = open(request, None, display)?;
+    let session = open((request, None), None, display)?;
     check_memory_of_maps(&session)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FileError::unwritable(&args.output, e))?;
     let request = &session.request;

@@ -7,6 +7,7 @@ mod share;
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
+use crate::kept_lights::{ShadingLights, request_with_lights};
 use crate::output::{Console, print_data, print_message, print_warnings};
 use crate::picture::{PictureFacts, PictureSource};
 use crate::pre_pass::{choose, print_choice};
@@ -17,7 +18,7 @@ use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, thread_pool};
 use manylight::render::Stats;
 use manylight_denoise::Oidn;
-use manylight_io::part::check_part_writable;
+use manylight_io::part::{LightsFile, check_part_writable};
 use manylight_io::{check_replaceable, shown_path};
 use preview::RenderPreview;
 use rayon::ThreadPool;
@@ -25,7 +26,7 @@ use std::sync::{Arc, OnceLock};
 
 /// Renders a scene to image files, or a share of it to a part file.
 pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
-    let request = RenderRequest::new(args)?;
+    let (request, lights) = request_with_lights(args)?;
     let checkpoint = request.parts.checkpoint.as_ref();
     let (images, parts) = match request.parts.shard {
         _ if request.frames.is_walkthrough() => ([].as_slice(), [].as_slice()),
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let oidn = open_denoiser(&request)?;
     let run = Run {
         args,
-        session: open(request, oidn.as_ref(), args.display)?,
+        session: open((request, lights), oidn.as_ref(), args.display)?,
         interrupt: &interrupt,
         console: Console::default(),
     };
@@ -55,7 +56,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
 
 /// Loads and builds the scene of `request`, to be denoised by `oidn`.
 pub(super) fn open(
-    request: RenderRequest,
+    (request, lights): (RenderRequest, Option<LightsFile>),
     oidn: Option<&Oidn>,
     display: DisplayArgs,
 ) -> Result<Session, Failure> {
@@ -73,6 +74,8 @@ pub(super) fn open(
         request,
         scene: Arc::new(scene),
         digest: file.digest,
+        lights_digest: file.lights_digest,
+        lights,
         warnings: file.warnings,
         oidn: oidn.map(Oidn::version),
         pool,
@@ -117,13 +120,22 @@ impl Run<'_> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (pool, stats) = (&session.pool, &session.stats);
         self.choose(oidn)?;
+        let lights = ShadingLights::of(session, interrupt)?;
+        if lights.are_interrupted() {
+            return self.interrupted_lights();
+        }
         let mut preview = RenderPreview::start(self.args, session, &self.console);
         let Prepared {
             job,
             identity,
             resumed,
             features,
-        } = Prepared::new(session, preview.memory(&session.job()), interrupt)?;
+        } = Prepared::new(
+            session,
+            lights.kept(),
+            preview.memory(&session.job()),
+            interrupt,
+        )?;
         let goal = ProgressGoal::new(job.budget, display);
         let (outcome, checkpoint) =
             progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
@@ -168,6 +180,12 @@ impl Run<'_> {
             print_choice(&self.session);
         }
         Ok(())
+    }
+
+    /// Ends a render that was interrupted before all lights were made.
+    fn interrupted_lights(&self) -> Result<u8, Failure> {
+        print_message("interrupted: neither lights nor a picture are written");
+        self.exit_code()
     }
 
     /// Prints what is wrong with the samples.

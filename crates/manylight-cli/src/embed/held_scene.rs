@@ -1,6 +1,7 @@
 //! Scenes that are loaded once and rendered several times.
 
 use crate::failure::Failure;
+use crate::kept_lights::request_with_lights;
 use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, scene_failure, thread_pool};
@@ -9,6 +10,7 @@ use manylight::render::Stats;
 use manylight::scene::{LightGroupNames, Scene, SceneDesc};
 use manylight::sensors::SensorDesc;
 use manylight_io::LoadOptions;
+use manylight_io::part::LightsFile;
 use rayon::ThreadPool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -40,7 +42,7 @@ impl HeldScene {
     /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a
     /// warning.
     pub fn load(words: Vec<String>) -> Result<Self, Failure> {
-        let request = request(&words, &[])?;
+        let (request, _) = request(&words, &[])?;
         let options = LoadOptions {
             strict: request.run.strict,
             ..request.load_options()
@@ -77,7 +79,7 @@ impl HeldScene {
     /// An option is wrong or contradicts another, the scene has no such camera, or it is being
     /// rendered with another camera or film.
     pub fn session(&self, words: &[String]) -> Result<Session, Failure> {
-        let request = request(&self.words, words)?;
+        let (request, lights) = request(&self.words, words)?;
         let (pool, stats) = (thread_pool(request.run.threads())?, Stats::default());
         let oidn = open_denoiser(&request)?.map(|oidn| oidn.version());
         let scene = self.scene(&request, &pool, &stats)?;
@@ -85,6 +87,8 @@ impl HeldScene {
             request,
             scene,
             digest: self.digest.clone(),
+            lights_digest: self.digest.clone(),
+            lights,
             warnings: self.warnings.clone(),
             oidn,
             pool,
@@ -147,19 +151,29 @@ impl HeldScene {
 }
 
 /// The request of a command line with these words.
-fn request(scene_words: &[String], words: &[String]) -> Result<RenderRequest, Failure> {
+fn request(
+    scene_words: &[String],
+    words: &[String],
+) -> Result<(RenderRequest, Option<LightsFile>), Failure> {
     let args = render_args(scene_words.iter().chain(words).map(String::as_str))?;
-    let request = RenderRequest::new(&args)?;
+    let (request, lights) = request_with_lights(&args)?;
+    if request.kept.lights_out.is_some() {
+        return Err(Failure::usage(
+            "--lights-out: a scene in memory has no file of lights",
+            "keep them by the command `manylight render`",
+        ));
+    }
     if request.frames.is_walkthrough() {
         return Err(Failure::usage(
             "--cameras, --frames: a walkthrough is many pictures, expected options of one",
             "render it by the command `manylight render`",
         ));
     }
-    Ok(RenderRequest {
+    let request = RenderRequest {
         outputs: Vec::new(),
         ..request
-    })
+    };
+    Ok((request, lights))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::render::Picture;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::kept_lights::ShadingLights;
 use crate::memory::{Surroundings, check_memory};
 use crate::part::{blocks_of, merge_parts, write_share};
 use crate::pre_pass::choose;
@@ -46,7 +47,11 @@ pub fn render_part(
     observer: &mut (dyn Observer + Send),
 ) -> Result<bool, Failure> {
     choose(session, None)?;
-    let mut job = session.job();
+    let lights = ShadingLights::of(session, interrupt)?;
+    let mut job = RenderJob {
+        lights: lights.kept(),
+        ..session.job()
+    };
     if job.budget.time.is_some() || job.budget.relative_error.is_some() {
         return Err(Failure::usage(
             "a part has neither a time nor an error limit: they depend on all parts",

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::kept_lights::ShadingLights;
 use crate::names::{AovNames, Named, value_of};
 use crate::output::Console;
 use crate::picture::{PictureFacts, PictureSource};
@@ -85,12 +86,13 @@ impl Session {
     ) -> Result<Rendered, Failure> {
         let oidn = open_denoiser(&self.request)?;
         choose(self, oidn.as_ref())?;
+        let lights = ShadingLights::of(self, interrupt)?;
         let Prepared {
             job,
             identity,
             resumed,
             features,
-        } = Prepared::new(self, None, interrupt)?;
+        } = Prepared::new(self, lights.kept(), None, interrupt)?;
         let console = Console::default();
         let (outcome, checkpoint) =
             resumed.render(self, &job, &identity, interrupt, &console, observer);

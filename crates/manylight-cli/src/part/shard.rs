@@ -34,7 +34,9 @@ pub(crate) fn write_share(
 ) -> Result<(), Failure> {
     let (film, stats) = (job.film(0), &session.stats);
     let passes = job.budget.passes;
-    let mut identity = session.settings(job).identity(&session.digest);
+    let mut identity = session
+        .settings(job)
+        .identity(&session.digest, session.digest_of_lights());
     identity.insert(PASSES.into(), json!(passes));
     let report = session.report(job, passes.unwrap_or_default());
     let (scene, metadata) = (&session.scene, report.metadata());

@@ -12,6 +12,7 @@ mod faults;
 mod frames;
 #[cfg(unix)]
 mod interrupt;
+mod kept_lights;
 mod light_groups;
 mod links;
 mod maps;

@@ -1,12 +1,20 @@
 //! The header of a part file.
 
 use super::FORMAT;
+use super::array_file::Kind;
 use manylight::film::blocks::BLOCK_STEP;
 use manylight::film::{Film, FilmDesc, Filter, IdLayer, Layer};
 use manylight::math::UVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::num::NonZeroU32;
+
+/// Part files.
+pub(super) const PART: Kind = Kind {
+    key: "manylight.part",
+    format: FORMAT,
+    name: "a part of a render",
+};
 
 /// What a part file says about its sums. See the [module](super).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

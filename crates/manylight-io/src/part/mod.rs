@@ -1,6 +1,7 @@
-//! Part files: sums of some passes of a render, to be merged or continued without a change of bits.
+//! Files of arrays: part files and kept virtual lights.
 //!
-//! A part file is a [safetensors](https://github.com/huggingface/safetensors) file, so that other
+//! A part file holds sums of some passes of a render, to be merged or continued without a change of
+//! bits. It is a [safetensors](https://github.com/huggingface/safetensors) file, so that other
 //! programs can read its arrays. In its header, `__metadata__` has two entries. `manylight.part` is
 //! a JSON object:
 //!
@@ -18,8 +19,16 @@
 //! Arrays are those of [`manylight::film::arrays`], little-endian `F64` and `U32` in row order.
 //! Their names begin with a group: `block.K.` for blocks of passes; `completed.` and `current.` for
 //! a checkpoint.
+//!
+//! A file of kept lights has the entry `manylight.lights` instead: a [`LightsHeader`]. Its arrays,
+//! `F32` and `U32`, are those of [`KeptLights::arrays`]; `group.K.` begins the names of a group of
+//! passes. docs/kept_lights.md lists them.
+//!
+//! [`KeptLights::arrays`]: manylight::integrators::KeptLights::arrays
 
+mod array_file;
 mod header;
+mod lights;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -27,18 +36,9 @@ mod write;
 
 pub use crate::replace::check_regular as check_part_writable;
 pub use header::{PartFilm, PartHeader};
+pub use lights::{LightsFile, LightsHeader, write_lights};
 pub use read::PartFile;
-pub use write::write_part;
+pub use write::{ArrayGroups, write_part};
 
-/// Version of the layout.
+/// Version of the layout of part files.
 pub const FORMAT: u32 = 1;
-/// Key of the header in the metadata of a file.
-const HEADER_KEY: &str = "manylight.part";
-/// Key of the checksum.
-const DIGEST_KEY: &str = "manylight.sha256";
-/// Hexadecimal digits of the checksum.
-const DIGEST_DIGITS: usize = 64;
-/// Bytes that are read or written at once.
-const BUFFER: usize = 1 << 20;
-/// Bytes before the header: its length.
-const LENGTH_BYTES: usize = 8;

@@ -154,3 +154,15 @@ fn another_safetensors_file_is_refused() {
             .contains("expected a part of a render")
     );
 }
+
+#[test]
+fn lights_are_no_part_and_a_part_is_no_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.part");
+    write(&path, &film());
+    let refused = LightsFile::open(&path).unwrap_err().message;
+    assert!(
+        refused.contains("expected a file of virtual lights"),
+        "{refused}"
+    );
+}

@@ -11,6 +11,7 @@ Names and meanings of options are those of the command ``manylight render``, whi
 """
 
 from . import transforms
+from ._lights import Lights, octahedral_directions, read_lights
 from ._maps import LightPositions, Maps, maps
 from ._native import Image, __version__, instruction_set
 from ._render import Comparison, compare, merge, part_info, read_image, render, render_part
@@ -24,6 +25,7 @@ __all__ = [
     "FileError",
     "Image",
     "LightPositions",
+    "Lights",
     "Maps",
     "RenderError",
     "Scene",
@@ -36,8 +38,10 @@ __all__ = [
     "load_file",
     "maps",
     "merge",
+    "octahedral_directions",
     "part_info",
     "read_image",
+    "read_lights",
     "render",
     "render_part",
     "transforms",

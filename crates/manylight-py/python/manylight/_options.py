@@ -20,6 +20,7 @@ _OTHERWISE = {
     "preview": "use the command `manylight render --preview`",
     "cameras": "use the command `manylight render --cameras`",
     "frames": "use the command `manylight render --frames`",
+    "lights_out": "use the command `manylight render --lights-out`",
     "skip_existing": "use the command `manylight render --frames`",
     "quiet": "nothing is printed",
     "verbose": "see `Image.metadata`",

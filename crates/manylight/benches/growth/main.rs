@@ -155,6 +155,7 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
         },
         seed: 0,
         frame: None,
+        lights: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };

@@ -2,10 +2,14 @@
 
 use super::emission::{EmissionGuide, EmissionSample};
 use super::{Emitter, Emitters};
+use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats};
 use crate::color::Rgb;
 use crate::geometry::Geometry;
 use crate::ids::EmitterId;
 use crate::texture::Texture;
+
+/// Name of [`RayDensities::array`].
+const ARRAY: &str = "ray_densities";
 
 /// The expected number of photons per area perpendicular to a ray and solid angle, in 1/(m² sr).
 ///
@@ -49,6 +53,34 @@ impl RayDensities {
         RayDensities {
             per_flux,
             of_environments: density(probability, weight),
+        }
+    }
+
+    /// As an array: by emitter, then of all environments.
+    pub(crate) fn array(&self) -> NamedArray<'_> {
+        let values = || (self.per_flux.iter().copied()).chain([self.of_environments]);
+        NamedArray::floats(ARRAY, [self.per_flux.len() + 1], values)
+    }
+
+    /// The inverse of [`RayDensities::array`].
+    ///
+    /// # Errors
+    /// Those of `read`, and densities of other emitters.
+    pub(crate) fn of_array<E: From<InvalidArray>>(
+        emitters: &Emitters,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let mut per_flux = read_floats(ARRAY, 1, read)?;
+        let (found, expected) = (per_flux.len(), emitters.emitters.len() + 1);
+        match per_flux.pop() {
+            Some(of_environments) if found == expected => Ok(RayDensities {
+                per_flux,
+                of_environments,
+            }),
+            _ => {
+                let message = format!("found {found} values, expected {expected}");
+                Err(InvalidArray::new(ARRAY, message).into())
+            }
         }
     }
 

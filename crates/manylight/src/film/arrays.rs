@@ -20,103 +20,11 @@ use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::CoverageSums;
 use super::sums::{PassSums, TileSums};
 use super::{Film, IdLayer, Layer};
+use crate::arrays::{ArrayKind, ArrayValues, InvalidArray, NamedArray};
 use std::borrow::Cow;
-use std::fmt;
 
 #[cfg(doc)]
 use super::TILE_SIZE;
-
-/// Values of an array, in row order.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ArrayValues {
-    /// Floating-point numbers.
-    F64(Vec<f64>),
-    /// Counts and ids.
-    U32(Vec<u32>),
-}
-
-/// A named array. Its values are made when they are asked for, so that a file can be written with
-/// few of them in memory.
-pub struct SumArray<'f> {
-    /// Name.
-    pub name: String,
-    /// Length of each dimension.
-    pub shape: Vec<usize>,
-    values: Source<'f>,
-}
-
-/// What makes the values of an array.
-enum Source<'f> {
-    F64(Box<dyn Fn() -> Vec<f64> + 'f>),
-    U32(Box<dyn Fn() -> Vec<u32> + 'f>),
-}
-
-/// Arrays that do not belong to a film: the name of one, and what is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InvalidArray {
-    /// Name of the array.
-    pub name: String,
-    /// What was found and what was expected.
-    pub message: String,
-}
-
-impl<'f> SumArray<'f> {
-    fn floats<I: IntoIterator<Item = f64>>(
-        name: impl Into<String>,
-        shape: impl Into<Vec<usize>>,
-        values: impl Fn() -> I + 'f,
-    ) -> Self {
-        SumArray {
-            name: name.into(),
-            shape: shape.into(),
-            values: Source::F64(Box::new(move || values().into_iter().collect())),
-        }
-    }
-
-    fn words<I: IntoIterator<Item = u32>>(
-        name: impl Into<String>,
-        shape: impl Into<Vec<usize>>,
-        values: impl Fn() -> I + 'f,
-    ) -> Self {
-        SumArray {
-            name: name.into(),
-            shape: shape.into(),
-            values: Source::U32(Box::new(move || values().into_iter().collect())),
-        }
-    }
-
-    /// The values.
-    pub fn values(&self) -> ArrayValues {
-        match &self.values {
-            Source::F64(values) => ArrayValues::F64(values()),
-            Source::U32(values) => ArrayValues::U32(values()),
-        }
-    }
-
-    /// Whether the values are [`ArrayValues::F64`].
-    pub fn is_float(&self) -> bool {
-        matches!(self.values, Source::F64(_))
-    }
-
-    /// Number of values.
-    pub fn count(&self) -> usize {
-        self.shape.iter().product()
-    }
-}
-
-impl fmt::Debug for SumArray<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {:?}", self.name, self.shape)
-    }
-}
-
-impl fmt::Display for InvalidArray {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "array {}: {}", self.name, self.message)
-    }
-}
-
-impl std::error::Error for InvalidArray {}
 
 impl IdLayer {
     /// Name of the layer in arrays.
@@ -152,39 +60,39 @@ impl Layer {
 }
 
 /// `sums` of a film as arrays.
-pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<SumArray<'f>> {
+pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<NamedArray<'f>> {
     let (stride, with_variance) = (film.layers.len(), film.with_variance.len());
     let tiles = sums.tiles.len();
     let mut arrays = vec![
-        SumArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
-        SumArray::floats("batches", [3], || sums.batches.to_array()),
-        SumArray::floats("image.moments", [2, 3, 3], || {
+        NamedArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
+        NamedArray::doubles("batches", [3], || sums.batches.to_array()),
+        NamedArray::doubles("image.moments", [2, 3, 3], || {
             let moments = sums.image_moments.iter();
             moments.flat_map(|moments| moments.to_array())
         }),
-        SumArray::floats("tiles.batch", [tiles, 2, 3], || {
+        NamedArray::doubles("tiles.batch", [tiles, 2, 3], || {
             sums.tiles.iter().flat_map(|tile| tile.batch).flatten()
         }),
-        SumArray::floats("tiles.moments", [tiles, 3, 3], || {
+        NamedArray::doubles("tiles.moments", [tiles, 3, 3], || {
             sums.tiles.iter().flat_map(|tile| tile.moments.to_array())
         }),
     ];
     for (l, &layer) in film.layers.iter().enumerate() {
         let name = format!("sum.{}", layer.array_name());
         let values = move || pixel_values(film, sums, |tile, i| tile.sums[i * stride + l]);
-        arrays.push(SumArray::floats(name, rgb_shape(film), values));
+        arrays.push(NamedArray::doubles(name, rgb_shape(film), values));
     }
     for (k, &l) in film.with_variance.iter().enumerate() {
         let name = format!("square.{}", film.layers[l].array_name());
         let values =
             move || pixel_values(film, sums, |tile, i| tile.squares[i * with_variance + k]);
-        arrays.push(SumArray::floats(name, rgb_shape(film), values));
+        arrays.push(NamedArray::doubles(name, rgb_shape(film), values));
     }
     let with_halves = film.with_variance.iter().take(film.shape().halves);
     for (k, &l) in with_halves.enumerate() {
         let name = format!("half.{}", film.layers[l].array_name());
         let values = move || pixel_values(film, sums, |tile, i| tile.halves[i * with_variance + k]);
-        arrays.push(SumArray::floats(name, rgb_shape(film), values));
+        arrays.push(NamedArray::doubles(name, rgb_shape(film), values));
     }
     for (k, &layer) in film.id_layers.iter().enumerate() {
         arrays.extend(id_arrays(film, sums, k, layer));
@@ -213,7 +121,7 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
             passes[1],
             sums.batches.passes()
         );
-        return Err(invalid("passes", message).into());
+        return Err(InvalidArray::new("passes", message).into());
     }
     let tiles = sums.tiles.len();
     let image = read_floats(&mut read, "image.moments", &[2, 3, 3])?;
@@ -318,7 +226,7 @@ fn id_arrays<'f>(
     sums: &'f PassSums,
     k: usize,
     layer: IdLayer,
-) -> [SumArray<'f>; 3] {
+) -> [NamedArray<'f>; 3] {
     let name = layer.array_name();
     let pixels = move || coverage_in_rows(film, sums, k).into_iter();
     let count = pixels().map(|ids| ids.iter().len()).sum();
@@ -326,9 +234,9 @@ fn id_arrays<'f>(
     let ids = move || pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id));
     let weights = move || pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight));
     [
-        SumArray::words(format!("{name}.count"), pixel_shape(film), counts),
-        SumArray::words(format!("{name}.id"), [count], ids),
-        SumArray::floats(format!("{name}.weight"), [count], weights),
+        NamedArray::words(format!("{name}.count"), pixel_shape(film), counts),
+        NamedArray::words(format!("{name}.id"), [count], ids),
+        NamedArray::doubles(format!("{name}.weight"), [count], weights),
     ]
 }
 
@@ -371,7 +279,12 @@ fn read_floats<E: From<InvalidArray>>(
 ) -> Result<Vec<f64>, E> {
     match read(name, shape)? {
         ArrayValues::F64(values) if values.len() == shape.iter().product() => Ok(values),
-        other => Err(unexpected(name, &other, "floating-point numbers", shape).into()),
+        other => {
+            Err(
+                InvalidArray::unexpected(name, &other, ArrayKind::F64, shape.iter().product())
+                    .into(),
+            )
+        }
     }
 }
 
@@ -382,26 +295,12 @@ fn read_words<E: From<InvalidArray>>(
 ) -> Result<Vec<u32>, E> {
     match read(name, shape)? {
         ArrayValues::U32(values) if values.len() == shape.iter().product() => Ok(values),
-        other => Err(unexpected(name, &other, "whole numbers", shape).into()),
-    }
-}
-
-fn unexpected(name: &str, found: &ArrayValues, kind: &str, shape: &[usize]) -> InvalidArray {
-    let (count, found) = match found {
-        ArrayValues::F64(values) => (values.len(), "floating-point numbers"),
-        ArrayValues::U32(values) => (values.len(), "whole numbers"),
-    };
-    let expected: usize = shape.iter().product();
-    invalid(
-        name,
-        format!("found {count} {found}, expected {expected} {kind}"),
-    )
-}
-
-fn invalid(name: &str, message: String) -> InvalidArray {
-    InvalidArray {
-        name: name.into(),
-        message,
+        other => {
+            Err(
+                InvalidArray::unexpected(name, &other, ArrayKind::U32, shape.iter().product())
+                    .into(),
+            )
+        }
     }
 }
 

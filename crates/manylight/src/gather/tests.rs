@@ -329,7 +329,11 @@ impl simd::SimdKernel for Intensities<'_> {
 #[test]
 fn intensities_in_lanes_are_single_intensities() {
     let scene = glossy_box(16).build();
-    let storages = [TableStorage::Float, TableStorage::Shared];
+    let storages = [
+        TableStorage::Float,
+        TableStorage::Shared,
+        TableStorage::Blocks,
+    ];
     let tables = storages.map(|storage| Some(GlossyForm::Table { side: 32, storage }));
     let lobes = [1, 5, 8].map(|count| Some(GlossyForm::Lobes { count }));
     let others = [table(8), table(64), None];

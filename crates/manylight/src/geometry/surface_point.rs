@@ -1,6 +1,7 @@
 //! Points on surfaces: full, and as compact references.
 
 use super::{Ray, Segment};
+use crate::arrays::Fields;
 use crate::ids::PrimitiveId;
 use crate::math::{Frame, Vec2, Vec3};
 
@@ -22,6 +23,21 @@ pub struct SurfaceRef {
 impl SurfaceRef {
     /// Value of `instance` for a primitive of the world.
     pub const NO_INSTANCE: u32 = u32::MAX;
+    /// The first surface of a scene.
+    pub(crate) const FIRST: SurfaceRef = SurfaceRef {
+        primitive: PrimitiveId(0),
+        element: 0,
+        instance: SurfaceRef::NO_INSTANCE,
+        coordinates: Vec2::ZERO,
+    };
+
+    /// As fields of a record.
+    pub(crate) fn fields(&mut self, f: &mut impl Fields) {
+        f.word("primitive", &mut self.primitive.0);
+        f.word("element", &mut self.element);
+        f.word("instance", &mut self.instance);
+        f.floats("coordinates", self.coordinates.as_mut());
+    }
 }
 
 /// The nearest surface along a ray.

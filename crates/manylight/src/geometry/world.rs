@@ -100,6 +100,20 @@ impl Geometry {
         &self.primitives
     }
 
+    /// Whether `at` names a surface of this scene: files from elsewhere may name others.
+    pub fn has_surface(&self, at: &SurfaceRef) -> bool {
+        let Some(primitive) = self.primitives.get(at.primitive.index()) else {
+            return false;
+        };
+        let elements = match &self.shapes[primitive.shape.index()] {
+            Shape::Mesh(mesh) => mesh.triangles.len(),
+            _ => 1,
+        };
+        let instance = at.instance as usize;
+        let is_placed = at.instance == SurfaceRef::NO_INSTANCE || instance < self.instances.len();
+        is_placed && (at.element as usize) < elements
+    }
+
     /// All shapes in object space, by [`ShapeId`](crate::ids::ShapeId); meshes without normals,
     /// tangents and texture coordinates.
     pub fn shapes(&self) -> &[Shape] {

@@ -23,6 +23,17 @@ pub struct StageMemory {
     pub bytes: u64,
 }
 
+/// How many sets of virtual lights are in memory at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSets {
+    /// That of a group of passes.
+    One,
+    /// Those of all groups, made for many passes at once.
+    All,
+    /// Those that were made before, which are not counted.
+    Given,
+}
+
 /// Photon paths traced to estimate the number of photons per path, and the fraction of them on
 /// glossy surfaces.
 const PROBES: u32 = 4096;
@@ -35,12 +46,10 @@ const COPIES: f64 = 2.0;
 /// it is 0.12 instead of 0.012.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
-/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage. Of a
-/// scene with frames, it is that of a walkthrough, which keeps what all groups of passes shade with.
-/// `sums` is the number of sums over passes that are held at once: see [`Film::bytes_for`].
+/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage. `sums` is the number of sums over passes that are held at once: see [`Film::bytes_for`].
 /// Traces some photons by `guide`, which is that of the render.
 pub fn estimated_memory(
-    method: &Method,
+    (method, sets): (&Method, LightSets),
     scene: &Scene,
     guide: &EmissionGuide,
     passes: Option<u32>,
@@ -61,11 +70,12 @@ pub fn estimated_memory(
     }];
     let probes = Probes { scene, guide, seed };
     match &method.kind {
+        MethodKind::ManyLight(_) | MethodKind::Mixed(_) if sets == LightSets::Given => {}
         MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => {
             let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
-            let (lights, kept) = match scene.frames() {
-                [] => (*lights, 1),
-                _ => {
+            let (lights, kept) = match sets {
+                LightSets::One | LightSets::Given => (*lights, 1),
+                LightSets::All => {
                     let lights = lights.of_frames(passes);
                     (lights, passes.map_or(1, |n| lights.group_count(n)))
                 }

@@ -86,11 +86,17 @@ impl Method {
 
     /// The method for frames of a walkthrough, of `passes` passes each.
     pub(crate) fn of_frames(&self, passes: Option<u32>) -> Method {
+        let lights = self.lights().map(|lights| lights.of_frames(passes));
+        lights.map_or_else(|| self.clone(), |lights| self.with_lights(&lights))
+    }
+
+    /// The method with the virtual lights of `lights`.
+    pub(crate) fn with_lights(&self, kept: &ManyLight) -> Method {
         let mut method = self.clone();
         if let MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) =
             &mut method.kind
         {
-            *lights = lights.of_frames(passes);
+            *lights = *kept;
         }
         method
     }

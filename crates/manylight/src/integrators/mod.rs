@@ -23,8 +23,10 @@ pub mod renderer;
 pub use choice::{Choice, ChoiceErrors, ChoicePrePass};
 pub use context::PassContext;
 pub use emission_guiding::GuidedEmission;
-pub use many_light::{InterimMaps, ManyLight, PlacedLight, PreparedPasses};
-pub use memory::{StageMemory, estimated_memory};
+pub use many_light::{
+    InterimMaps, KeptLights, LightsContext, ManyLight, PlacedLight, PreparedPasses,
+};
+pub use memory::{LightSets, StageMemory, estimated_memory};
 pub use method::{ExtraLayers, Method, MethodKind};
 pub use mixed::{Mixed, PathWeights};
 pub use photon_map::PhotonMap;

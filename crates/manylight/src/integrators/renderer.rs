@@ -1,7 +1,7 @@
 //! A method at work on a scene, pass by pass.
 
 use super::context::PassContext;
-use super::many_light::{KeptPasses, ManyLight, with_fixed_effort};
+use super::many_light::{KeptLights, KeptPasses, LightsContext, ManyLight, with_fixed_effort};
 use super::method::{Method, MethodKind};
 use super::mixed::Mixed;
 use super::{aov, light_tracer, path};
@@ -36,6 +36,28 @@ impl<'s> Renderer<'s> {
             method,
             kept: KeptPasses::new(kept_groups),
         }
+    }
+
+    /// The same, whose passes shade with `lights` if they are those of the method.
+    pub fn with_lights(self, lights: Option<&'s KeptLights<'s>>) -> Self {
+        Renderer {
+            kept: self.kept.with_given(lights.map_or(&[], KeptLights::groups)),
+            ..self
+        }
+    }
+
+    /// The virtual lights of the first `passes` passes, made before them. `None` if cancelled, or if
+    /// the method has no virtual lights.
+    pub fn make_lights(&self, passes: u32, run: &PassContext) -> Option<KeptLights<'s>> {
+        let (scene, limits) = (self.scene, self.method.limits);
+        let cx = LightsContext {
+            method: with_fixed_effort(self.method.lights()?, scene, limits, run),
+            scene,
+            limits,
+            passes,
+            light_groups: run.light_groups,
+        };
+        KeptLights::make(&cx, run)
     }
 
     /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the

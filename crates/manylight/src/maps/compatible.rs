@@ -1,6 +1,7 @@
 //! The compatibility test between a photon and a light: same material, same side, similar normal,
 //! near the tangent plane.
 
+use crate::arrays::{Fields, Record};
 use crate::ids::MaterialId;
 use crate::math::Vec3;
 
@@ -64,6 +65,22 @@ impl Patch {
         let h2 = (h0 * h0).max(h1 * h1);
         (h0 * h0 <= MAX_SLOPE * MAX_SLOPE * d2)
             .then_some(d2 + (NORMAL_STRETCH * NORMAL_STRETCH - 1.0) * h2)
+    }
+}
+
+impl Record for Patch {
+    const EMPTY: Self = Patch {
+        p: Vec3::ZERO,
+        n: Vec3::ZERO,
+        material: MaterialId(0),
+        min_cos: 0.0,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.vec3("p", &mut self.p);
+        f.vec3("n", &mut self.n);
+        f.word("material", &mut self.material.0);
+        f.float("min_cos", &mut self.min_cos);
     }
 }
 

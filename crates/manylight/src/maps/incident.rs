@@ -3,6 +3,7 @@
 
 use super::compatible::MIN_COS;
 use super::{KdTree, Located, Neighbors};
+use crate::arrays::{Fields, Record};
 use crate::bsdf::Lobes;
 use crate::emitters::EnvironmentLobes;
 use crate::math::Vec3;
@@ -33,6 +34,20 @@ impl Located for Incident {
     }
 }
 
+impl Record for Incident {
+    const EMPTY: Self = Incident {
+        p: Vec3::ZERO,
+        n: Vec3::ZERO,
+        wi: Vec3::ZERO,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.vec3("p", &mut self.p);
+        f.vec3("n", &mut self.n);
+        f.vec3("wi", &mut self.wi);
+    }
+}
+
 /// Arriving photons of a scene, found by position.
 #[derive(Debug)]
 pub struct IncidentMap {
@@ -45,6 +60,13 @@ impl IncidentMap {
         let step = photons.len().div_ceil(MAX_PHOTONS).max(1);
         IncidentMap {
             photons: KdTree::build_ordered(photons.iter().copied().step_by(step).collect()),
+        }
+    }
+
+    /// A map of all the photons, which keep their order.
+    pub(crate) fn of_photons(photons: Vec<Incident>) -> Self {
+        IncidentMap {
+            photons: KdTree::of_ordered(photons),
         }
     }
 
@@ -68,6 +90,11 @@ impl IncidentMap {
             .map(incident)
             .collect();
         IncidentMap::new(&incidents)
+    }
+
+    /// The photons.
+    pub(crate) fn photons(&self) -> &[Incident] {
+        self.photons.items()
     }
 
     /// The density at `p` on the side of the unit normal `n`; `None` with fewer than 4 photons

@@ -1,6 +1,7 @@
 //! Photons: flux incident at surfaces, traced from the emitters.
 
 use super::tasks::in_path_order;
+use crate::arrays::{Fields, Record};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, EmissionSource, RayDensities};
@@ -56,6 +57,38 @@ pub struct Photon {
 impl AsRef<Photon> for Photon {
     fn as_ref(&self) -> &Photon {
         self
+    }
+}
+
+impl Record for Photon {
+    const EMPTY: Self = Photon {
+        p: Vec3::ZERO,
+        n: Vec3::ZERO,
+        wi: Vec3::ZERO,
+        flux: Rgb::BLACK,
+        diffuse_flux: Rgb::BLACK,
+        prev: Vec3::ZERO,
+        at: SurfaceRef::FIRST,
+        depth: 0,
+        event: Lobes::NONE,
+        origin: Lobes::NONE,
+        group: LightGroup(0),
+        ray_density: 0.0,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.vec3("p", &mut self.p);
+        f.vec3("n", &mut self.n);
+        f.vec3("wi", &mut self.wi);
+        f.rgb("flux", &mut self.flux);
+        f.rgb("diffuse_flux", &mut self.diffuse_flux);
+        f.vec3("prev", &mut self.prev);
+        self.at.fields(f);
+        f.word("depth", &mut self.depth);
+        f.word("event", &mut self.event.0);
+        f.word("origin", &mut self.origin.0);
+        f.word("group", &mut self.group.0);
+        f.extended("ray_density", &mut self.ray_density);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::emitters::EmissionGuide;
 use crate::film::blocks::{DEFAULT_BLOCK, passes_of_block};
 use crate::film::{Film, PassSums};
-use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
+use crate::integrators::{ExtraLayers, KeptLights, Method, MethodKind, PassContext, Renderer};
 use crate::sampling::{Pass, rng};
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -44,6 +44,8 @@ pub struct RenderJob<'s> {
     /// The frame of a walkthrough, among [`Scene::frames`]; `None`: the picture of the sensor. All
     /// frames have the same photons and virtual lights, which [`Walkthrough`] makes once.
     pub frame: Option<u32>,
+    /// Virtual lights that were made before, by [`make_lights`]; `None`: they are made pass by pass.
+    pub lights: Option<&'s KeptLights<'s>>,
     /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP).
     /// Another number rounds otherwise.
     pub block: NonZeroU32,
@@ -102,6 +104,7 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
         budget,
         seed,
         frame: None,
+        lights: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };
@@ -144,9 +147,8 @@ impl<'j, 's> Walkthrough<'j, 's> {
     /// Before the first frame; the frame of `job` is ignored. The virtual lights of all its passes
     /// are kept.
     pub fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
-        let passes = job.budget.passes;
-        let method = job.method.of_frames(passes);
-        let kept = method.group_count(passes) as usize;
+        let method = job.method_of_many_passes();
+        let kept = method.group_count(job.budget.passes) as usize;
         Walkthrough(Passes::new(job, method, stats, kept))
     }
 
@@ -164,6 +166,26 @@ impl<'j, 's> Walkthrough<'j, 's> {
         self.0
             .render_to_the_end(Some(index), film, Duration::ZERO, cancel, observer)
     }
+}
+
+/// Makes the virtual lights of the passes of `job`, to be kept: [`RenderJob::lights`]. `None` if it
+/// was cancelled, or if the method has no virtual lights or passes have no end.
+pub fn make_lights<'s>(
+    job: &RenderJob<'s>,
+    stats: &Stats,
+    cancel: &AtomicBool,
+) -> Option<KeptLights<'s>> {
+    let count = job.budget.passes?;
+    let passes = Passes::new(job, job.method_of_many_passes(), stats, 1);
+    let pass = Pass {
+        seed: job.seed,
+        index: 0,
+    };
+    let run = PassContext {
+        light_groups: job.method.extra.light_groups,
+        ..PassContext::of_picture(job.scene, pass, &passes.guide, stats, cancel)
+    };
+    passes.renderer.make_lights(count, &run)
 }
 
 /// Renders blocks of passes apart from the others. The last block of the render ends with the
@@ -205,13 +227,16 @@ struct Passes<'j, 's> {
 impl<'j, 's> Passes<'j, 's> {
     /// The virtual lights of `kept_groups` groups of passes are kept.
     fn new(job: &'j RenderJob<'s>, method: Method, stats: &'j Stats, kept_groups: usize) -> Self {
-        let guide = match job.guide {
-            Some(guide) => Cow::Borrowed(guide),
-            None => Cow::Owned(stats.time("photons", || job.method.emission_guide(job.scene))),
+        let guide = match (job.guide, job.lights) {
+            (Some(guide), _) => Cow::Borrowed(guide),
+            (None, Some(_)) => Cow::default(),
+            (None, None) => {
+                Cow::Owned(stats.time("photons", || job.method.emission_guide(job.scene)))
+            }
         };
         Passes {
             job,
-            renderer: Renderer::new(job.scene, method, kept_groups),
+            renderer: Renderer::new(job.scene, method, kept_groups).with_lights(job.lights),
             guide,
             stats,
         }
@@ -249,13 +274,14 @@ impl<'j, 's> Passes<'j, 's> {
 
     /// Adds the pass that comes next to `film`; `false` if it was cancelled.
     fn render_next(&mut self, frame: Option<u32>, film: &mut Film, cancel: &AtomicBool) -> bool {
-        let RenderJob { scene, seed, .. } = *self.job;
+        let seed = self.job.seed;
+        let pass = Pass {
+            seed: frame.map_or(seed, |index| seed_of_frame(seed, index)),
+            index: film.next_pass(),
+        };
         let run = PassContext {
-            camera: scene.camera(frame),
-            pass: Pass {
-                seed: frame.map_or(seed, |index| seed_of_frame(seed, index)),
-                index: film.next_pass(),
-            },
+            camera: self.job.scene.camera(frame),
+            pass,
             lights_seed: seed,
             guide: &self.guide,
             stats: self.stats,
@@ -279,9 +305,17 @@ fn seed_of_frame(seed: u64, index: u32) -> u64 {
 impl RenderJob<'_> {
     /// The method of the passes. The lights of a frame of a walkthrough are made for many passes.
     fn method_of_passes(&self) -> Method {
-        match self.frame {
-            None => self.method.clone(),
-            Some(_) => self.method.of_frames(self.budget.passes),
+        match (self.frame, self.lights) {
+            (None, None) => self.method.clone(),
+            _ => self.method_of_many_passes(),
+        }
+    }
+
+    /// The method for lights that are made for many passes at once, or were made before.
+    fn method_of_many_passes(&self) -> Method {
+        match self.lights {
+            Some(lights) => self.method.with_lights(lights.method()),
+            None => self.method.of_frames(self.budget.passes),
         }
     }
 

@@ -23,11 +23,16 @@ pub(super) struct LightAreas {
 
 impl LightAreas {
     /// The density of lights at `positions`.
-    pub(super) fn new(positions: Vec<Vec3>, clusters: &PhotonClusters) -> Self {
+    pub(super) fn new(positions: Vec<Vec3>, unassigned_surface: f32) -> Self {
         LightAreas {
             positions: KdTree::build(positions),
-            unassigned_surface: clusters.unassigned_surface(),
+            unassigned_surface,
         }
+    }
+
+    /// See [`PhotonClusters::unassigned_surface`].
+    pub(super) fn unassigned_surface(&self) -> f32 {
+        self.unassigned_surface
     }
 
     /// The surface represented by each light, in m².

@@ -70,8 +70,9 @@ pub fn build_lights<'s>(
         depths: DepthFractions::new(photons, clusters, limits),
         areas: LightAreas::new(
             (0..clusters.len()).map(|k| builder(k).site.p).collect(),
-            clusters,
+            clusters.unassigned_surface(),
         ),
+        surfaces: (0..clusters.len()).map(|k| builder(k).site.at).collect(),
         profile_flux: ProfileFlux::default(),
     };
     if form.is_some() {

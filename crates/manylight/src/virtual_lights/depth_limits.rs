@@ -2,6 +2,7 @@
 //! receiver.
 
 use super::clusters::PhotonClusters;
+use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats};
 use crate::ids::LightId;
 use crate::particles::Photon;
 use crate::scene::PathLimits;
@@ -10,6 +11,9 @@ use rayon::prelude::*;
 /// Largest photon depth that is distinguished, in segments. A scene with a longer limit, or none,
 /// is treated as unlimited; a larger value costs 4 bytes per light and segment.
 const DEPTHS: usize = 16;
+
+/// Name of [`DepthFractions::array`].
+const ARRAY: &str = "lights.depth_fractions";
 
 /// For each light the cumulative fractions of its flux by photon depth: depth 1, up to 2, up to 3,
 /// ... Empty without a limit.
@@ -30,6 +34,28 @@ impl DepthFractions {
         DepthFractions {
             fractions: fractions.collect(),
         }
+    }
+
+    /// As an array with a row for each light, or with none.
+    pub(super) fn array(&self) -> NamedArray<'_> {
+        let values = || self.fractions.as_flattened().iter().copied();
+        NamedArray::floats(ARRAY, [self.fractions.len(), DEPTHS], values)
+    }
+
+    /// The inverse of [`DepthFractions::array`], of `lights` lights.
+    ///
+    /// # Errors
+    /// Those of `read`, and fractions of another number of lights.
+    pub(super) fn of_array<E: From<InvalidArray>>(
+        lights: usize,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let fractions = read_floats(ARRAY, DEPTHS, read)?.as_chunks().0.to_vec();
+        if !fractions.is_empty() && fractions.len() != lights {
+            let message = format!("found {} rows, expected {lights}", fractions.len());
+            return Err(InvalidArray::new(ARRAY, message).into());
+        }
+        Ok(DepthFractions { fractions })
     }
 
     /// See [`VirtualLights::share_up_to`](super::VirtualLights::share_up_to).

@@ -6,6 +6,7 @@ use super::octahedral_grid::Grid;
 use super::reflection::{EmissionDomain, Reflection, scattered_flux};
 use super::tables::{OctahedralTable, OctahedralTables, PackedTable, TableStorage};
 use super::von_mises_fisher::{VmfLobe, VmfMixture, VmfMixtures};
+use crate::arrays::{FoundArray, InvalidArray, NamedArray};
 use crate::color::Rgb;
 use crate::lanes::{Color, Mask, Vector, Width};
 use crate::math::Vec3;
@@ -156,6 +157,40 @@ impl Profiles {
             Profiles::Tables(tables) => Glossy::Table(tables.get(index)),
             Profiles::Lobes(mixtures) => Glossy::Lobes(mixtures.get(index)),
         }
+    }
+
+    /// Number of profiles.
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Profiles::Tables(tables) => tables.len(),
+            Profiles::Lobes(mixtures) => mixtures.len(),
+        }
+    }
+
+    /// As arrays.
+    pub(super) fn arrays(&self) -> Vec<NamedArray<'_>> {
+        match self {
+            Profiles::Tables(tables) => tables.arrays(),
+            Profiles::Lobes(mixtures) => mixtures.arrays(),
+        }
+    }
+
+    /// The inverse of [`Profiles::arrays`], for profiles of `form`.
+    ///
+    /// # Errors
+    /// Those of `read`, and profiles of another form.
+    pub(super) fn of_arrays<E: From<InvalidArray>>(
+        form: GlossyForm,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        Ok(match form {
+            GlossyForm::Table { side, storage } => {
+                Profiles::Tables(OctahedralTables::of_arrays((side as usize, storage), read)?)
+            }
+            GlossyForm::Lobes { count } => {
+                Profiles::Lobes(VmfMixtures::of_arrays(count as usize, read)?)
+            }
+        })
     }
 
     pub(super) fn bytes(&self) -> usize {

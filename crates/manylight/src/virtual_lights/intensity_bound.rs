@@ -119,7 +119,7 @@ impl IntensityBound {
 impl OctahedralTable<'_> {
     /// The bound of [`OctahedralTable::lookup`].
     fn max_mips(&self) -> MaxMips {
-        let luminance = |t: usize| (self.texels.get(t) * self.scale).luminance();
+        let luminance = |t: usize| (self.texel(t) * self.scale).luminance();
         MaxMips::new(largest_in_texels(self.side, luminance))
     }
 }

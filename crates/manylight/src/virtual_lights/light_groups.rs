@@ -10,6 +10,7 @@ use super::nearest_light::NearestLights;
 use super::relax::relax;
 use super::select::Site;
 use super::surfaces::{SurfaceLocation, Surfaces};
+use crate::arrays::{FoundArray, InvalidArray, NamedArray};
 use crate::ids::{LightGroup, LightId};
 use std::ops::Range;
 
@@ -35,6 +36,30 @@ impl NearestLightsOfGroups {
         }
     }
 
+    /// As arrays.
+    pub(crate) fn arrays(&self) -> Vec<NamedArray<'_>> {
+        let of_groups = self.of_groups.iter().enumerate();
+        of_groups
+            .flat_map(|(group, nearest)| nearest.arrays(&prefix(group)))
+            .collect()
+    }
+
+    /// The inverse of [`NearestLightsOfGroups::arrays`], of `groups` groups with `lights` lights.
+    ///
+    /// # Errors
+    /// Those of `read`, and arrays of other lights.
+    pub(crate) fn of_arrays<E: From<InvalidArray>>(
+        groups: usize,
+        lights: usize,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let of_group = |group| NearestLights::of_arrays(&prefix(group), lights, read);
+        let of_groups: Result<Vec<NearestLights>, E> = (0..groups).map(of_group).collect();
+        Ok(NearestLightsOfGroups {
+            of_groups: of_groups?,
+        })
+    }
+
     /// The light to which a photon of `group` at `location` is assigned; `None` if it is unassigned.
     #[inline]
     pub fn light(
@@ -45,6 +70,11 @@ impl NearestLightsOfGroups {
     ) -> Option<LightId> {
         self.of_groups[group.index()].light(surfaces, location)
     }
+}
+
+/// Begin of the names of the arrays of a light group.
+fn prefix(group: usize) -> String {
+    format!("cells.{group}.")
 }
 
 /// [`relax`], group by group.

@@ -39,6 +39,7 @@ mod lobe_fit;
 mod octahedral_grid;
 mod octahedral_profile;
 mod reflection;
+mod table_blocks;
 mod table_lookup;
 mod tables;
 mod von_mises_fisher;
@@ -47,6 +48,8 @@ mod areas;
 mod build;
 mod depth_limits;
 mod set;
+
+pub(crate) mod kept;
 
 mod emission_view;
 mod intensity_bound;

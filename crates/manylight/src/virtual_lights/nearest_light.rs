@@ -6,6 +6,10 @@
 
 use super::select::Site;
 use super::surfaces::{SurfaceLocation, Surfaces};
+use crate::arrays::{
+    FoundArray, InvalidArray, NamedArray, arrays_of_records, read_floats, read_words,
+    records_of_arrays,
+};
 use crate::ids::LightId;
 use crate::maps::{KdTree, Neighbors, Patch};
 use crate::math::Vec3;
@@ -63,6 +67,51 @@ impl NearestLights {
             spacings,
             lights: vec![UNASSIGNED; sites.len()],
         }
+    }
+
+    /// As arrays, whose names begin with `prefix`.
+    pub(super) fn arrays<'a>(&'a self, prefix: &str) -> Vec<NamedArray<'a>> {
+        let mut arrays = arrays_of_records(prefix, &self.patches[..]);
+        let spacings = || self.spacings.iter().copied();
+        arrays.push(NamedArray::floats(
+            format!("{prefix}spacing"),
+            [self.spacings.len()],
+            spacings,
+        ));
+        let lights = || self.lights.iter().copied();
+        arrays.push(NamedArray::words(
+            format!("{prefix}light"),
+            [self.lights.len()],
+            lights,
+        ));
+        arrays
+    }
+
+    /// The inverse of [`NearestLights::arrays`], for `lights` lights.
+    ///
+    /// # Errors
+    /// Those of `read`, and arrays of other lights.
+    pub(super) fn of_arrays<E: From<InvalidArray>>(
+        prefix: &str,
+        count: usize,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let patches: Vec<Patch> = records_of_arrays(prefix, read)?;
+        let spacings = read_floats(&format!("{prefix}spacing"), 1, read)?;
+        let name = format!("{prefix}light");
+        let lights = read_words(&name, 1, read)?;
+        let is_light = |&light: &u32| light == UNASSIGNED || (light as usize) < count;
+        let sites = patches.len();
+        if spacings.len() != sites || lights.len() != sites || !lights.iter().all(is_light) {
+            let message = format!("expected {sites} indices of {count} lights");
+            return Err(InvalidArray::new(name, message).into());
+        }
+        Ok(NearestLights {
+            tree: KdTree::build(patches.iter().map(|patch| patch.p).collect()),
+            patches,
+            spacings,
+            lights,
+        })
     }
 
     /// No cells: every location is unassigned.

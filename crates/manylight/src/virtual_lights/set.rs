@@ -6,6 +6,7 @@ use super::depth_limits::DepthFractions;
 use super::glossy::{Glossy, GlossyForm, Profiles};
 use super::light::VirtualLight;
 use super::reflection::Reflection;
+use crate::geometry::SurfaceRef;
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::PathLimits;
@@ -19,6 +20,8 @@ pub struct VirtualLights<'s> {
     pub(super) profiles: Profiles,
     pub(super) depths: DepthFractions,
     pub(super) areas: LightAreas,
+    /// The surface of each light.
+    pub(super) surfaces: Vec<SurfaceRef>,
     pub(super) profile_flux: ProfileFlux,
 }
 
@@ -89,7 +92,8 @@ impl<'s> VirtualLights<'s> {
         } else {
             0
         };
-        let all = size_of::<VirtualLight>() + size_of::<Vec3>() + size_of::<u32>() + depths;
+        let place = size_of::<SurfaceRef>() + size_of::<Vec3>() + size_of::<u32>();
+        let all = size_of::<VirtualLight>() + place + depths;
         let of_glossy = form.map_or(size_of::<Reflection>(), GlossyForm::bytes);
         all as f64 + glossy * of_glossy as f64
     }
@@ -98,6 +102,7 @@ impl<'s> VirtualLights<'s> {
     pub fn bytes(&self) -> usize {
         size_of_val(self.lights.as_slice())
             + size_of_val(self.reflections.as_slice())
+            + size_of_val(self.surfaces.as_slice())
             + self.profiles.bytes()
             + self.depths.bytes()
     }

@@ -1,5 +1,6 @@
 //! Bilinear lookups in octahedral tables; see [`crate::math::octahedral`].
 
+use super::table_blocks::EDGE;
 use crate::lanes::{Float, Mask, One, Pair, Vector, Width};
 use crate::math::Vec3;
 
@@ -10,7 +11,7 @@ use crate::math::Vec3;
 pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
     let corners = TexelCorners::<One>::of(w.into(), side as f32, Mask::splat(One, true));
     std::array::from_fn(|k| {
-        let [texel] = corners.texels[k];
+        let [texel] = corners.in_rows(k);
         (texel as usize, corners.weights[k].get())
     })
 }
@@ -18,8 +19,10 @@ pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
 /// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any
 /// value.
 pub(super) struct TexelCorners<S: Width> {
-    pub(super) texels: [S::Each<u32>; 4],
+    /// Rows and columns.
+    places: [(Float<S>, Float<S>); 4],
     pub(super) weights: [Float<S>; 4],
+    side: f32,
 }
 
 impl<S: Width> TexelCorners<S> {
@@ -42,17 +45,42 @@ impl<S: Width> TexelCorners<S> {
                 *place = wrapped_texels(*place, side);
             }
         }
-        // Indices are exact in floats: tables have fewer than 2²² texels.
-        let last = side * side - 1.0;
-        let mut texels = [x.width().each(|_| 0); 4];
-        for k in 0..4 {
-            let (row, column) = places[k];
-            texels[k] = (row * side + column).clamp(0.0, last).to_word().store();
-        }
         TexelCorners {
-            texels,
+            places,
             weights: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
+            side,
         }
+    }
+
+    /// Indices of the texels of corner `k`, row by row.
+    #[inline(always)]
+    pub(super) fn in_rows(&self, k: usize) -> S::Each<u32> {
+        // Indices are exact in floats: tables have fewer than 2²² texels.
+        let (row, column) = self.places[k];
+        let last = self.side * self.side - 1.0;
+        let index = row * self.side + column;
+        index.clamp(0.0, last).to_word().store()
+    }
+
+    /// Indices of the texels of corner `k`, block by block of [`EDGE`]² texels.
+    #[inline(always)]
+    pub(super) fn in_blocks(&self, k: usize) -> S::Each<u32> {
+        const WIDTH: f32 = EDGE as f32;
+        let across = (self.side / WIDTH).ceil();
+        let (row, column) = self.places[k];
+        let (row, column) = (
+            row.clamp(0.0, self.side - 1.0),
+            column.clamp(0.0, self.side - 1.0),
+        );
+        let (block_row, block_column) = (
+            (row * (1.0 / WIDTH)).floor(),
+            (column * (1.0 / WIDTH)).floor(),
+        );
+        let block = block_row * across + block_column;
+        let (row, column) = (row - block_row * WIDTH, column - block_column * WIDTH);
+        (block * (WIDTH * WIDTH) + row * WIDTH + column)
+            .to_word()
+            .store()
     }
 }
 

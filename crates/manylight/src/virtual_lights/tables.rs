@@ -1,7 +1,9 @@
 //! Storage of octahedral tables: texel formats, and all tables of a set one after the other.
 
 use super::octahedral_grid::Grid;
+use super::table_blocks::{BlockTexels, MAX_SIDE, expected_bytes, pack_blocks};
 use super::table_lookup::TexelCorners;
+use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats, read_words};
 use crate::color::Rgb;
 use crate::lanes::{Color, Mask, One, Vector, Width, Word};
 use bytemuck::{Pod, Zeroable};
@@ -14,14 +16,21 @@ pub enum TableStorage {
     /// Three mantissas with a shared exponent: 4 bytes.
     #[default]
     Shared,
+    /// Blocks of 4 x 4 texels that are not black: half a byte, and four bytes per block. At most
+    /// [`TableStorage::MAX_SIDE_OF_BLOCKS`] texels along an edge.
+    Blocks,
 }
 
 impl TableStorage {
-    /// Bytes of one texel.
-    pub const fn texel_bytes(self) -> usize {
+    /// Largest edge of a table of [`TableStorage::Blocks`], in texels.
+    pub const MAX_SIDE_OF_BLOCKS: u32 = MAX_SIDE as u32;
+
+    /// Bytes of a table of `side`² texels; of blocks, with those above a horizon.
+    fn table_bytes(self, side: usize) -> usize {
         match self {
-            TableStorage::Float => size_of::<Rgb>(),
-            TableStorage::Shared => size_of::<SharedExponent>(),
+            TableStorage::Float => side * side * size_of::<Rgb>(),
+            TableStorage::Shared => side * side * size_of::<SharedExponent>(),
+            TableStorage::Blocks => expected_bytes(side),
         }
     }
 
@@ -31,6 +40,19 @@ impl TableStorage {
         match self {
             TableStorage::Float => pack::<Rgb>(texels, &grid.hats),
             TableStorage::Shared => pack::<SharedExponent>(texels, &grid.hats),
+            TableStorage::Blocks => {
+                let unit = unit_of(texels);
+                let scaled: Vec<Rgb> = texels.iter().map(|&t| t / unit).collect();
+                let words = pack_blocks(&scaled, grid.side());
+                let scale = match BlockTexels::new(&words, grid.side()) {
+                    Some(blocks) => {
+                        let rounded = |t| blocks.get(t, grid.side());
+                        scale_that_keeps_the_sum(texels, rounded, &grid.hats)
+                    }
+                    None => Rgb::BLACK,
+                };
+                PackedTable { words, scale }
+            }
         }
     }
 }
@@ -103,21 +125,19 @@ impl Texel for SharedExponent {
 pub(crate) enum Texels<'a> {
     Float(&'a [Rgb]),
     Shared(&'a [SharedExponent]),
+    Blocks(BlockTexels<'a>),
 }
 
 impl<'a> Texels<'a> {
     #[inline(always)]
-    fn new(storage: TableStorage, words: &'a [u32]) -> Self {
+    fn new((side, storage): (usize, TableStorage), words: &'a [u32]) -> Self {
         match storage {
             TableStorage::Float => Texels::Float(bytemuck::cast_slice(words)),
             TableStorage::Shared => Texels::Shared(bytemuck::cast_slice(words)),
-        }
-    }
-
-    pub(super) fn get(&self, t: usize) -> Rgb {
-        match self {
-            Texels::Float(texels) => texels[t].rgb(),
-            Texels::Shared(texels) => texels[t].rgb(),
+            TableStorage::Blocks => match BlockTexels::new(words, side) {
+                Some(blocks) => Texels::Blocks(blocks),
+                None => Texels::Float(&[]),
+            },
         }
     }
 }
@@ -130,6 +150,24 @@ pub(crate) struct OctahedralTable<'a> {
     /// Value of one unit, per channel.
     pub(crate) scale: Rgb,
     pub(super) side: usize,
+}
+
+/// Name of the array of texels.
+const TEXELS: &str = "tables.texels";
+/// Name of the array of ends of the tables among the texels.
+const ENDS: &str = "tables.end";
+/// Name of the array of scales.
+const SCALES: &str = "tables.scale";
+
+impl OctahedralTable<'_> {
+    /// The color of texel `t`, in units of `scale`.
+    pub(super) fn texel(&self, t: usize) -> Rgb {
+        match self.texels {
+            Texels::Float(texels) => texels[t].rgb(),
+            Texels::Shared(texels) => texels[t].rgb(),
+            Texels::Blocks(blocks) => blocks.get(t, self.side),
+        }
+    }
 }
 
 /// One table before it is stored in [`OctahedralTables`].
@@ -148,13 +186,10 @@ pub(super) struct OctahedralTables {
     storage: TableStorage,
     /// The bytes of the texels.
     words: Vec<u32>,
+    /// Ends of the tables in `words`.
+    ends: Vec<u32>,
     /// One per table.
     scales: Vec<Rgb>,
-}
-
-/// Number of words of the texels of one table; an integer because `side` is even.
-const fn words_of(side: usize, storage: TableStorage) -> usize {
-    side * side * storage.texel_bytes() / size_of::<u32>()
 }
 
 impl OctahedralTables {
@@ -169,14 +204,23 @@ impl OctahedralTables {
 
     /// Reserves memory for exactly this many more tables.
     pub(super) fn reserve(&mut self, tables: usize) {
-        self.words
-            .reserve_exact(tables * words_of(self.side, self.storage));
+        let bytes = tables * self.storage.table_bytes(self.side);
+        match self.storage {
+            TableStorage::Float | TableStorage::Shared => {
+                self.words.reserve_exact(bytes / size_of::<u32>());
+            }
+            TableStorage::Blocks => self.words.reserve(bytes / size_of::<u32>()),
+        }
+        self.ends.reserve_exact(tables);
         self.scales.reserve_exact(tables);
     }
 
     /// Appends a table and returns its index.
     pub(super) fn push(&mut self, table: &PackedTable) -> u32 {
         self.words.extend_from_slice(&table.words);
+        let end = u32::try_from(self.words.len());
+        self.ends
+            .push(end.expect("tables of a group of passes take less than 16 GB"));
         self.scales.push(table.scale);
         (self.scales.len() - 1) as u32
     }
@@ -184,53 +228,138 @@ impl OctahedralTables {
     /// The table with the given index.
     #[inline(always)]
     pub(super) fn get(&self, index: u32) -> OctahedralTable<'_> {
-        let words = words_of(self.side, self.storage);
-        let own = &self.words[index as usize * words..][..words];
+        let index = index as usize;
+        let own = &self.words[self.start(index)..self.ends[index] as usize];
         OctahedralTable {
-            texels: Texels::new(self.storage, own),
-            scale: self.scales[index as usize],
+            texels: Texels::new((self.side, self.storage), own),
+            scale: self.scales[index],
             side: self.side,
         }
     }
 
+    /// Where a table begins in `words`.
+    #[inline(always)]
+    fn start(&self, index: usize) -> usize {
+        index
+            .checked_sub(1)
+            .map_or(0, |before| self.ends[before] as usize)
+    }
+
+    /// Number of tables.
+    pub(super) fn len(&self) -> usize {
+        self.scales.len()
+    }
+
+    /// As arrays.
+    pub(super) fn arrays(&self) -> Vec<NamedArray<'_>> {
+        let scales = || self.scales.iter().flat_map(|scale| scale.to_array());
+        vec![
+            NamedArray::words(TEXELS, [self.words.len()], || self.words.iter().copied()),
+            NamedArray::words(ENDS, [self.len()], || self.ends.iter().copied()),
+            NamedArray::floats(SCALES, [self.len(), 3], scales),
+        ]
+    }
+
+    /// The inverse of [`OctahedralTables::arrays`].
+    ///
+    /// # Errors
+    /// Those of `read`, and tables of another size.
+    pub(super) fn of_arrays<E: From<InvalidArray>>(
+        (side, storage): (usize, TableStorage),
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let scales: Vec<Rgb> = read_floats(SCALES, 3, read)?
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|&scale| scale.into())
+            .collect();
+        let tables = OctahedralTables {
+            side,
+            storage,
+            words: read_words(TEXELS, 1, read)?,
+            ends: read_words(ENDS, 1, read)?,
+            scales,
+        };
+        match tables.are_sound() {
+            true => Ok(tables),
+            false => {
+                let message = format!("expected tables of {side} x {side} texels");
+                Err(InvalidArray::new(TEXELS, message).into())
+            }
+        }
+    }
+
+    /// Whether all tables have the words of their size.
+    fn are_sound(&self) -> bool {
+        let last = self.ends.last().map_or(0, |&end| end as usize);
+        let follow = last == self.words.len() && self.ends.is_sorted();
+        let is_sound = |index: usize| {
+            let own = &self.words[self.start(index)..self.ends[index] as usize];
+            match self.storage {
+                TableStorage::Float | TableStorage::Shared => {
+                    size_of_val(own) == self.storage.table_bytes(self.side)
+                }
+                TableStorage::Blocks => {
+                    BlockTexels::new(own, self.side).is_some_and(|blocks| blocks.is_complete())
+                }
+            }
+        };
+        self.ends.len() == self.scales.len() && follow && (0..self.len()).all(is_sound)
+    }
+
     /// Bytes of one table.
     pub(super) fn bytes_per_table(side: usize, storage: TableStorage) -> usize {
-        side * side * storage.texel_bytes() + size_of::<Rgb>()
+        storage.table_bytes(side) + size_of::<Rgb>() + size_of::<u32>()
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.words.as_slice()) + size_of_val(self.scales.as_slice())
+        size_of_val(self.words.as_slice())
+            + size_of_val(self.ends.as_slice())
+            + size_of_val(self.scales.as_slice())
     }
 }
 
 /// Rounds the texels to the format `T`, with a scale per channel that keeps their sum weighted by
 /// `weights`.
 fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
-    let brightest = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
-    let unit = if brightest > 0.0 {
-        brightest / BRIGHTEST
-    } else {
-        1.0
-    };
+    let unit = unit_of(texels);
     let packed: Vec<T> = texels.iter().map(|&t| T::new(t / unit)).collect();
-    let (mut exact, mut rounded) = ([0.0f64; 3], [0.0f64; 3]);
-    for ((texel, packed), &weight) in texels.iter().zip(&packed).zip(weights) {
+    PackedTable {
+        scale: scale_that_keeps_the_sum(texels, |t| packed[t].rgb(), weights),
+        words: bytemuck::pod_collect_to_vec(&packed),
+    }
+}
+
+/// The unit in which the brightest channel of all texels is [`BRIGHTEST`].
+fn unit_of(texels: &[Rgb]) -> f32 {
+    let brightest = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
+    match brightest > 0.0 {
+        true => brightest / BRIGHTEST,
+        false => 1.0,
+    }
+}
+
+/// The scale per channel with which the texels `rounded` have the sum of `texels`, weighted by
+/// `weights`.
+fn scale_that_keeps_the_sum(
+    texels: &[Rgb],
+    rounded: impl Fn(usize) -> Rgb,
+    weights: &[f32],
+) -> Rgb {
+    let (mut exact, mut sum) = ([0.0f64; 3], [0.0f64; 3]);
+    for (t, (texel, &weight)) in texels.iter().zip(weights).enumerate() {
+        let rounded = rounded(t).to_array();
         for c in 0..3 {
             exact[c] += f64::from(texel.to_array()[c] * weight);
-            rounded[c] += f64::from(packed.rgb().to_array()[c] * weight);
+            sum[c] += f64::from(rounded[c] * weight);
         }
     }
-    let scale = |c: usize| {
-        if rounded[c] > 0.0 {
-            (exact[c] / rounded[c]) as f32
-        } else {
-            0.0
-        }
+    let scale = |c: usize| match sum[c] > 0.0 {
+        true => (exact[c] / sum[c]) as f32,
+        false => 0.0,
     };
-    PackedTable {
-        words: bytemuck::pod_collect_to_vec(&packed),
-        scale: Rgb::new(scale(0), scale(1), scale(2)),
-    }
+    Rgb::new(scale(0), scale(1), scale(2))
 }
 
 impl OctahedralTable<'_> {
@@ -242,6 +371,7 @@ impl OctahedralTable<'_> {
         let sum = match self.texels {
             Texels::Float(texels) => weighted_sum(&corners, texels),
             Texels::Shared(texels) => weighted_sum(&corners, texels),
+            Texels::Blocks(blocks) => weighted_sum_of_blocks(&corners, blocks),
         };
         sum * Color::splat(w.z.width(), self.scale)
     }
@@ -256,9 +386,21 @@ fn weighted_sum<S: Width, T: Texel>(corners: &TexelCorners<S>, table: &[T]) -> C
         return sum;
     };
     for k in 0..4 {
-        let texels = corners.texels[k].as_ref();
+        let texels = corners.in_rows(k);
+        let texels = texels.as_ref();
         let fetched = s.each(|i| table[(texels[i] as usize).min(last)]);
         sum += T::colors(s, &fetched) * corners.weights[k];
+    }
+    sum
+}
+
+/// [`weighted_sum`] of a table in blocks.
+#[inline(always)]
+fn weighted_sum_of_blocks<S: Width>(corners: &TexelCorners<S>, blocks: BlockTexels) -> Color<S> {
+    let s = corners.weights[0].width();
+    let mut sum = Color::black(s);
+    for k in 0..4 {
+        sum += blocks.colors(s, &corners.in_blocks(k)) * corners.weights[k];
     }
     sum
 }

@@ -4,6 +4,9 @@
 //! A light on a surface emits above its horizon only, so the flux of a lobe is its integral over a
 //! hemisphere: the integral over the sphere times the fraction of the lobe above a plane.
 
+use crate::arrays::{
+    Fields, FoundArray, InvalidArray, NamedArray, Record, arrays_of_records, records_of_arrays,
+};
 use crate::color::Rgb;
 use crate::lanes::{Color, Vector, Width};
 use crate::math::Vec3;
@@ -132,6 +135,24 @@ pub(crate) struct VmfLobe {
     peak: Rgb,
 }
 
+/// Begin of the names of the arrays of lobes.
+const ARRAYS: &str = "lobes.";
+
+impl Record for VmfLobe {
+    const EMPTY: Self = VmfLobe {
+        axis: [0; 2],
+        kappa: 0.0,
+        peak: Rgb::BLACK,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.word("axis_x", &mut self.axis[0]);
+        f.word("axis_y", &mut self.axis[1]);
+        f.float("kappa", &mut self.kappa);
+        f.rgb("peak", &mut self.peak);
+    }
+}
+
 /// Units of [`VmfLobe::axis`] along an edge of the octahedral map.
 const UNITS: f32 = u16::MAX as f32;
 
@@ -240,6 +261,34 @@ impl VmfMixtures {
     pub(super) fn get(&self, index: u32) -> VmfMixture<'_> {
         VmfMixture {
             lobes: &self.lobes[index as usize * self.count..][..self.count],
+        }
+    }
+
+    /// Number of mixtures.
+    pub(super) fn len(&self) -> usize {
+        self.lobes.len() / self.count
+    }
+
+    /// As arrays, with a row for each lobe.
+    pub(super) fn arrays(&self) -> Vec<NamedArray<'_>> {
+        arrays_of_records(ARRAYS, &self.lobes[..])
+    }
+
+    /// The inverse of [`VmfMixtures::arrays`], for mixtures of `count` lobes.
+    ///
+    /// # Errors
+    /// Those of `read`, and mixtures of another size.
+    pub(super) fn of_arrays<E: From<InvalidArray>>(
+        count: usize,
+        read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+    ) -> Result<Self, E> {
+        let lobes: Vec<VmfLobe> = records_of_arrays(ARRAYS, read)?;
+        match lobes.len().is_multiple_of(count) {
+            true => Ok(VmfMixtures { count, lobes }),
+            false => {
+                let message = format!("found {} lobes, expected {count} per light", lobes.len());
+                Err(InvalidArray::new(ARRAYS, message).into())
+            }
         }
     }
 

@@ -1,8 +1,9 @@
 //! Parts of a render, made apart, have the bits of the whole.
 
 use crate::common::{methods, methods_with_cuts};
+use manylight::arrays::{ArrayValues, InvalidArray};
 use manylight::emitters::EmissionGuide;
-use manylight::film::arrays::{ArrayValues, InvalidArray, arrays_of_sums, sums_of_arrays};
+use manylight::film::arrays::{arrays_of_sums, sums_of_arrays};
 use manylight::film::blocks::{BLOCK_STEP, block_count};
 use manylight::film::{Film, IdLayer, PassSums};
 use manylight::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
@@ -41,6 +42,7 @@ fn job(scene: &Scene, kind: MethodKind) -> RenderJob<'_> {
         budget: Budget::passes(PASSES),
         seed: 3,
         frame: None,
+        lights: None,
         block: NonZeroU32::new(BLOCK_STEP).unwrap(),
         guide: None,
     }

@@ -91,6 +91,7 @@ pub(crate) fn film_with(
         budget: Budget::passes(passes),
         seed,
         frame: None,
+        lights: None,
         block: DEFAULT_BLOCK,
         guide: None,
     };

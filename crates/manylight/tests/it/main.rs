@@ -19,6 +19,7 @@ mod hidden_emitters;
 mod interim;
 mod interleaving;
 mod invisible_emitters;
+mod kept_lights;
 mod layers;
 mod light_groups;
 mod mixed;

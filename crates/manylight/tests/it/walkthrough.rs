@@ -42,6 +42,7 @@ fn job(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> RenderJob<'_>
         budget: Budget::passes(passes),
         seed,
         frame: Some(0),
+        lights: None,
         block: DEFAULT_BLOCK,
         guide: None,
     }

@@ -3,6 +3,7 @@
 use super::Run;
 use crate::args::FrameArgs;
 use crate::failure::Failure;
+use crate::kept_lights::ShadingLights;
 use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
 use crate::output::{print_data, print_message, print_warnings};
 use crate::picture::{PictureFacts, PictureSource};
@@ -31,8 +32,13 @@ impl Run<'_> {
         for file in frames.iter().flat_map(|&frame| files(request, frame)) {
             check_replaceable(&file)?;
         }
+        let lights = ShadingLights::of(session, interrupt)?;
+        if lights.are_interrupted() {
+            return self.interrupted_lights();
+        }
         let job = RenderJob {
             frame: Some(0),
+            lights: lights.kept(),
             ..session.job()
         };
         let surroundings = Surroundings {

@@ -2,13 +2,14 @@
 
 use super::Run;
 use crate::failure::Failure;
+use crate::kept_lights::ShadingLights;
 use crate::memory::{Surroundings, check_memory};
 use crate::output::print_message;
 use crate::part::write_share;
 use crate::progress::{self, ProgressGoal};
 use crate::values::Shard;
 use manylight::film::blocks::{BLOCK_STEP, block_count, passes_of_block};
-use manylight::render::{Budget, render_blocks};
+use manylight::render::{Budget, RenderJob, render_blocks};
 use manylight_lab::text::plural;
 
 impl Run<'_> {
@@ -18,7 +19,11 @@ impl Run<'_> {
         let (request, pool, stats) = (&session.request, &session.pool, &session.stats);
         self.check_share(shard)?;
         self.choose(None)?;
-        let job = session.job();
+        let lights = ShadingLights::of(session, interrupt)?;
+        let job = RenderJob {
+            lights: lights.kept(),
+            ..session.job()
+        };
         let passes = job.budget.passes.unwrap_or_default();
         let count = block_count(passes, job.block);
         let blocks = shard.range(count);

@@ -18,7 +18,7 @@ use super::compensation_photons::direction_limit;
 use super::gather_point::{GatherPath, GatherPoint, GatherRole, TileGather};
 use super::paths::ScaleRow;
 use super::paths::{Direction, PathState};
-use super::radiance_cache::CachePoint;
+use super::radiance_cache::{CachePoint, GroupLight};
 use crate::color::Rgb;
 use crate::gather::Assignment;
 use crate::geometry::SurfacePoint;
@@ -207,7 +207,11 @@ fn compensate_groups_by_cache(
     let prepared = tile.prepared;
     let (lights, groups) = (&prepared.lights, prepared.cache.groups_at(point));
     let mut clamped = vec![None; prepared.light_groups];
-    for (group, cached) in groups {
+    for GroupLight {
+        group,
+        light: cached,
+    } in groups
+    {
         let assignment = cached.assignment(point, lights);
         clamped[group.index()] = Some(clamped_fraction(tile, y, location, assignment));
     }
@@ -226,7 +230,11 @@ fn compensate_groups_by_cache(
         let at = (&y.vertex(scene), point);
         (prepared.cache).glossy_radiance(scene, at, limit, (found, &mut radiance));
     } else {
-        for (group, cached) in groups {
+        for GroupLight {
+            group,
+            light: cached,
+        } in groups
+        {
             radiance.add(*group, cached.reflected(y.diffuse_f, y.segments));
         }
     }

@@ -17,9 +17,11 @@
 
 use super::Compensation;
 use super::schedule::{GroupContext, LightSubsets};
+use crate::arrays::{Fields, Record};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
+use crate::ids::{LightId, MaterialId};
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::{UVec2, Vec3};
@@ -44,6 +46,9 @@ const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
 /// 0.015625 and 0.0625 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at
 /// most 0.5 % (RMS).
 const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
+
+/// Index of no light in an array.
+const NO_LIGHT: u32 = u32::MAX;
 
 /// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ`
 /// of the lobes at `y` up to which directions account for the light of emitters. `f_cos` is `f
@@ -75,6 +80,44 @@ pub(super) struct ReflectedPhoton {
 pub(super) struct CompensationPhoton {
     pub(super) reflected: ReflectedPhoton,
     pub(super) assignment: Assignment,
+}
+
+impl Record for CompensationPhoton {
+    const EMPTY: Self = CompensationPhoton {
+        reflected: ReflectedPhoton {
+            photon: Photon::EMPTY,
+            from: SurfaceLocation {
+                p: Vec3::ZERO,
+                n: Vec3::ZERO,
+                material: MaterialId(0),
+            },
+            f_cos: Rgb::BLACK,
+        },
+        assignment: Assignment::Unassigned { area: 0.0 },
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        let ReflectedPhoton {
+            photon,
+            from,
+            f_cos,
+        } = &mut self.reflected;
+        photon.fields(f);
+        f.vec3("from_p", &mut from.p);
+        f.vec3("from_n", &mut from.n);
+        f.word("from_material", &mut from.material.0);
+        f.rgb("f_cos", f_cos);
+        let (mut light, mut area) = match self.assignment {
+            Assignment::Light(light) => (light.0, 0.0),
+            Assignment::Unassigned { area } => (NO_LIGHT, area),
+        };
+        f.word("light", &mut light);
+        f.extended("area", &mut area);
+        self.assignment = match light {
+            NO_LIGHT => Assignment::Unassigned { area },
+            light => Assignment::Light(LightId(light)),
+        };
+    }
 }
 
 impl Located for CompensationPhoton {

@@ -1,9 +1,9 @@
 //! Stages 2 to 4: photons become virtual lights. Each stage calls what [`crate::virtual_lights`]
 //! does for the choices of the method.
 
-use super::schedule::{GroupContext, LightSubsets};
+use super::schedule::{GroupContext, LightSubsets, PassGroup};
 use super::trace;
-use super::{ClampRule, Compensation, EmissionKind, FluxRule, Placement};
+use super::{ClampRule, Compensation, EmissionKind, FluxRule, ManyLight, Placement};
 use crate::gather::{Clamp, CutLimits, Gather, Gathered, LightIndex, ShadingPoint, Strategy};
 use crate::maps::KdTree;
 use crate::particles::{Importon, Photon};
@@ -198,12 +198,16 @@ pub(super) fn index<'s>(cx: &GroupContext, lights: VirtualLights<'s>) -> LightIn
 }
 
 /// How the lights are summed.
-pub(super) fn gather(cx: &GroupContext, lights: &VirtualLights, subsets: &LightSubsets) -> Gather {
-    let method = cx.method;
+pub(super) fn gather(
+    method: &ManyLight,
+    group: &PassGroup,
+    lights: &VirtualLights,
+    subsets: &LightSubsets,
+) -> Gather {
     // With compensation, the sum is complete whatever is clamped. A cut is through all lights:
     // refined ones are more.
     let refinement = match (method.compensation, method.strategy) {
-        (Compensation::None, Strategy::All) => cx.group.refinement,
+        (Compensation::None, Strategy::All) => group.refinement,
         _ => 1.0,
     };
     let clamp = match method.clamp {

@@ -28,6 +28,7 @@ mod direction;
 mod effort;
 mod gather_point;
 mod interim_maps;
+mod kept;
 mod lights;
 mod passes;
 mod paths;
@@ -42,6 +43,7 @@ pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
 pub(super) use effort::{DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
 pub use interim_maps::{InterimMaps, PlacedLight};
+pub use kept::{KeptLights, LightsContext, NotKept};
 pub use lights::DARKEST_PIXEL;
 pub(super) use passes::KeptPasses;
 pub use passes::PreparedPasses;
@@ -90,7 +92,7 @@ impl ManyLight {
         // 4. Build the emission of the lights that the passes divide among them.
         let subsets = LightSubsets::divide(cx, clusters.len());
         let lights = lights::lights(cx, &candidates.photons, &clusters, &subsets);
-        let gather = lights::gather(cx, &lights, &subsets);
+        let gather = lights::gather(self, group, &lights, &subsets);
         let lights = lights::index(cx, lights);
         let tolerance = lights::cut_tolerance(cx, &gather, &lights);
         // 5. Compensate clamping: by directions that end at a radiance cache, and by photons.

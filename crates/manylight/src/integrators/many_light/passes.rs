@@ -48,6 +48,8 @@ pub struct PreparedPasses<'s> {
 /// What groups of passes shade with, kept for the passes to come.
 #[derive(Debug)]
 pub(in crate::integrators) struct KeptPasses<'s> {
+    /// Made before the render.
+    given: &'s [PreparedPasses<'s>],
     groups: Vec<PreparedPasses<'s>>,
     /// Most groups that are kept at once, at least 1.
     most: usize,
@@ -56,18 +58,28 @@ pub(in crate::integrators) struct KeptPasses<'s> {
 impl<'s> KeptPasses<'s> {
     pub(in crate::integrators) fn new(most: usize) -> Self {
         KeptPasses {
+            given: &[],
             groups: Vec::new(),
             most: most.max(1),
         }
     }
 
-    /// That of `group`, which is made if it is missing. If there is no room, the oldest is dropped
+    /// The same, with what was made before the render.
+    pub(in crate::integrators) fn with_given(self, given: &'s [PreparedPasses<'s>]) -> Self {
+        KeptPasses { given, ..self }
+    }
+
+    /// That of `group`, which is made if it is missing. Those that were made before the render are
+    /// never dropped. If there is no room, the oldest is dropped
     /// before: both might not fit into memory.
     pub(super) fn of_group(
         &mut self,
         group: &PassGroup,
         make: impl FnOnce() -> PreparedPasses<'s>,
     ) -> &PreparedPasses<'s> {
+        if let Some(given) = self.given.iter().find(|given| given.group == *group) {
+            return given;
+        }
         let found = self.groups.iter().position(|made| made.group == *group);
         let index = found.unwrap_or_else(|| {
             if self.groups.len() == self.most {

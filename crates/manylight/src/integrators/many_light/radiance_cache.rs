@@ -20,7 +20,10 @@
 
 use super::Compensation;
 use super::compensation_photons::direction_fraction;
-use super::schedule::GroupContext;
+use super::schedule::{GroupContext, PassGroup};
+use crate::arrays::{
+    Fields, FoundArray, InvalidArray, NamedArray, Record, arrays_of_records, records_of_arrays,
+};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, LightIndex, Strategy};
@@ -74,6 +77,15 @@ const MAX_EXTRA_SEGMENTS: usize = 6;
 /// search. At 1 and 4 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape):
 /// relMSE -0.1 and 0 %.
 const MAX_GLOSSY_RADIUS: f32 = 2.0;
+
+/// Begin of the names of the arrays of cache points.
+const POINTS: &str = "cache.points.";
+/// Begin of the names of the arrays of their light by group.
+const GROUPS: &str = "cache.groups.";
+/// Begin of the names of the arrays of photons.
+const PHOTONS: &str = "cache.photons.";
+/// Index of no light in an array.
+const NO_LIGHT: u32 = u32::MAX;
 
 /// A photon of the cache.
 #[derive(Clone, Copy, Debug)]
@@ -149,6 +161,28 @@ impl CacheParticles {
     }
 }
 
+impl Record for CachePhoton {
+    const EMPTY: Self = CachePhoton {
+        p: Vec3::ZERO,
+        n: Vec3::ZERO,
+        wi: Vec3::ZERO,
+        flux: Rgb::BLACK,
+        depth: 0,
+        group: LightGroup(0),
+        from_emitter: false,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.vec3("p", &mut self.p);
+        f.vec3("n", &mut self.n);
+        f.vec3("wi", &mut self.wi);
+        f.rgb("flux", &mut self.flux);
+        f.word("depth", &mut self.depth);
+        f.word("group", &mut self.group.0);
+        f.flag("from_emitter", &mut self.from_emitter);
+    }
+}
+
 impl Located for CachePhoton {
     #[inline]
     fn position(&self) -> Vec3 {
@@ -184,6 +218,42 @@ pub(super) struct CachedLight {
     within_limits: [f32; MAX_EXTRA_SEGMENTS],
 }
 
+impl CachedLight {
+    const BLACK: CachedLight = CachedLight {
+        irradiance: Rgb::BLACK,
+        light: None,
+        within_limits: [0.0; MAX_EXTRA_SEGMENTS],
+    };
+
+    /// As fields of a record.
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.rgb("irradiance", &mut self.irradiance);
+        let mut light = self.light.map_or(NO_LIGHT, |light| light.0);
+        f.word("light", &mut light);
+        self.light = (light != NO_LIGHT).then_some(LightId(light));
+        f.floats("within_limits", &mut self.within_limits);
+    }
+}
+
+/// Light of a group at a cache point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GroupLight {
+    pub(super) group: LightGroup,
+    pub(super) light: CachedLight,
+}
+
+impl Record for GroupLight {
+    const EMPTY: Self = GroupLight {
+        group: LightGroup(0),
+        light: CachedLight::BLACK,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        f.word("group", &mut self.group.0);
+        self.light.fields(f);
+    }
+}
+
 /// Diffusely reflected light around a photon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CachePoint {
@@ -194,6 +264,22 @@ pub(super) struct CachePoint {
     groups: [u32; 2],
     /// Radius of the kernel, in m.
     radius: f32,
+}
+
+impl Record for CachePoint {
+    const EMPTY: Self = CachePoint {
+        patch: Patch::EMPTY,
+        all: CachedLight::BLACK,
+        groups: [0; 2],
+        radius: 0.0,
+    };
+
+    fn fields(&mut self, f: &mut impl Fields) {
+        self.patch.fields(f);
+        self.all.fields(f);
+        f.words("groups", &mut self.groups);
+        f.extended("radius", &mut self.radius);
+    }
 }
 
 impl Located for CachePoint {
@@ -262,7 +348,7 @@ impl CachePoint {
 pub(in crate::integrators) struct RadianceCache {
     points: KdTree<CachePoint>,
     /// Light of the groups that have some, by cache point.
-    groups: Vec<(LightGroup, CachedLight)>,
+    groups: Vec<GroupLight>,
     photons: KdTree<CachePhoton>,
     /// As [`Bandwidth::share`].
     share: f32,
@@ -297,7 +383,7 @@ impl RadianceCache {
             || Neighbors::new(CACHE_NEIGHBORS),
             |found, photon| cache.point_at(cx, photon, nearest, found),
         );
-        let points: Vec<(CachePoint, Vec<(LightGroup, CachedLight)>)> = points.collect();
+        let points: Vec<(CachePoint, Vec<GroupLight>)> = points.collect();
         let mut all = Vec::with_capacity(points.len());
         for (point, groups) in points {
             let place = [cache.groups.len() as u32, groups.len() as u32];
@@ -318,7 +404,7 @@ impl RadianceCache {
         photon: &Photon,
         nearest: &NearestLightsOfGroups,
         found: &mut Neighbors,
-    ) -> (CachePoint, Vec<(LightGroup, CachedLight)>) {
+    ) -> (CachePoint, Vec<GroupLight>) {
         let scene = cx.scene;
         let location = SurfaceLocation::of_photon(photon, scene);
         let light = |group| nearest.light(group, scene, &location);
@@ -358,13 +444,16 @@ impl RadianceCache {
         let lit = groups.filter(|(_, of_group)| !of_group.irradiance.is_black());
         let lit = lit.map(|(group, of_group)| {
             let group = LightGroup(group as u8);
-            (group, of_group.complete(covered, light(group)))
+            GroupLight {
+                group,
+                light: of_group.complete(covered, light(group)),
+            }
         });
         (point, lit.collect())
     }
 
     /// Light of each group that has some at `point`.
-    pub(super) fn groups_at(&self, point: &CachePoint) -> &[(LightGroup, CachedLight)] {
+    pub(super) fn groups_at(&self, point: &CachePoint) -> &[GroupLight] {
         let [first, count] = point.groups.map(|index| index as usize);
         &self.groups[first..first + count]
     }
@@ -447,4 +536,52 @@ impl RadianceCache {
         bytes(PHOTONS_PER_PASS, size_of::<CachePhoton>())
             + bytes(POINTS_PER_PASS, size_of::<CachePoint>())
     }
+}
+
+/// The cache as arrays.
+pub(super) fn arrays_of_cache(cache: &RadianceCache) -> Vec<NamedArray<'_>> {
+    let mut arrays = arrays_of_records(POINTS, cache.points.items());
+    arrays.extend(arrays_of_records(GROUPS, &cache.groups[..]));
+    arrays.extend(arrays_of_records(PHOTONS, cache.photons.items()));
+    arrays
+}
+
+/// The inverse of [`arrays_of_cache`], of a group of passes with `light_groups` light groups and
+/// `lights` lights.
+///
+/// # Errors
+/// Those of `read`, and a cache that names other lights.
+pub(super) fn cache_of_arrays<E: From<InvalidArray>>(
+    group: &PassGroup,
+    limits: PathLimits,
+    (light_groups, lights): (usize, usize),
+    read: &mut impl FnMut(&str) -> Result<FoundArray, E>,
+) -> Result<RadianceCache, E> {
+    let points: Vec<CachePoint> = records_of_arrays(POINTS, read)?;
+    let groups: Vec<GroupLight> = records_of_arrays(GROUPS, read)?;
+    let photons: Vec<CachePhoton> = records_of_arrays(PHOTONS, read)?;
+    let is_group = |group: LightGroup| group.index() < light_groups.max(1);
+    let has_light = |light: &CachedLight| light.light.is_none_or(|light| light.index() < lights);
+    let are_listed = |point: &CachePoint| {
+        let [first, count] = point.groups.map(u64::from);
+        first + count <= groups.len() as u64
+    };
+    let are_sound = points
+        .iter()
+        .all(|point| has_light(&point.all) && are_listed(point))
+        && groups
+            .iter()
+            .all(|of_group| is_group(of_group.group) && has_light(&of_group.light))
+        && photons.iter().all(|photon| is_group(photon.group));
+    if !are_sound {
+        let message = "a row names a light or a light group that is not there";
+        return Err(InvalidArray::new(POINTS, message).into());
+    }
+    Ok(RadianceCache {
+        points: KdTree::of_ordered(points),
+        groups,
+        photons: KdTree::of_ordered(photons),
+        share: progressive_radius_scale(group.passes.end),
+        limits,
+    })
 }

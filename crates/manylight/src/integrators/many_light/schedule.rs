@@ -67,7 +67,7 @@ pub struct PassGroup {
 
 impl ManyLight {
     /// The method for frames of a walkthrough, of `passes` passes each.
-    pub(in crate::integrators) fn of_frames(&self, passes: Option<u32>) -> Self {
+    pub fn of_frames(&self, passes: Option<u32>) -> Self {
         ManyLight {
             first_passes: passes.unwrap_or(MAX_GROUP_PASSES),
             ..*self
@@ -187,6 +187,32 @@ impl LightSubsets {
             first,
             key: u64::from(sampler.next_1d().to_bits()),
         }
+    }
+
+    /// What tells this division from others of the same group: the number of subsets, the first one,
+    /// and the key of the patterns.
+    pub(super) fn numbers(&self) -> [u32; 3] {
+        [self.count, self.first, self.key as u32]
+    }
+
+    /// The inverse of [`LightSubsets::numbers`]; `None` for numbers of no division of the group.
+    pub(super) fn of_numbers(
+        method: &ManyLight,
+        group: &PassGroup,
+        numbers: &[u32],
+    ) -> Option<Self> {
+        let &[count, first, key] = numbers else {
+            return None;
+        };
+        let most = group.subsets * group.placed_per_shaded;
+        (first < count && count <= most).then(|| LightSubsets {
+            start: group.passes.start,
+            interleaving: method.interleaving,
+            shaded: group.subsets,
+            count,
+            first,
+            key: u64::from(key),
+        })
     }
 
     /// The lights of `pixel` in pass `index`. `frame` changes the order of the patterns, so that they

@@ -88,18 +88,15 @@ pub enum EmissionKind {
 
 impl EmissionKind {
     /// Tables of the size of the rich methods.
-    pub const TABLE: EmissionKind = EmissionKind::table(TABLE_SIDE);
+    pub const TABLE: EmissionKind = EmissionKind::table(TABLE_SIDE, TableStorage::Shared);
     /// As many von Mises-Fisher lobes as in the paper.
     pub const LOBES: EmissionKind = EmissionKind::Rich(GlossyForm::Lobes {
         count: DEFAULT_LOBES,
     });
 
     /// Tables of `side` texels along an edge.
-    const fn table(side: u32) -> Self {
-        EmissionKind::Rich(GlossyForm::Table {
-            side,
-            storage: TableStorage::Shared,
-        })
+    const fn table(side: u32, storage: TableStorage) -> Self {
+        EmissionKind::Rich(GlossyForm::Table { side, storage })
     }
 }
 
@@ -166,6 +163,8 @@ pub enum Contradiction {
     UncompensatedPairs,
     /// Interleaved lights with another strategy than [`Strategy::All`].
     InterleavedCut,
+    /// Tables in blocks of more than [`TableStorage::MAX_SIDE_OF_BLOCKS`] texels along an edge.
+    LargeBlocks,
     /// A pattern whose edge is no power of two.
     Pattern,
 }
@@ -187,6 +186,7 @@ impl Contradiction {
                 "camera paths are extended by the clamped residual"
             }
             Contradiction::InterleavedCut => "a cut is through all lights of a pass",
+            Contradiction::LargeBlocks => "the blocks of a table are counted in a byte",
             Contradiction::Pattern => "pixels and passes share the subsets of the lights evenly",
         }
     }
@@ -202,6 +202,7 @@ impl fmt::Display for Contradiction {
             Contradiction::MeasuredCut => "measured effort with cuts",
             Contradiction::UncompensatedPairs => "bidirectional cuts without compensation",
             Contradiction::InterleavedCut => "interleaved lights with cuts",
+            Contradiction::LargeBlocks => "large tables in blocks",
             Contradiction::Pattern => "a pattern whose edge is no power of two",
         };
         write!(f, "{settings}: {}", self.reason())
@@ -245,12 +246,18 @@ impl ManyLight {
                 is_cut && self.interleaving > 1,
                 Contradiction::InterleavedCut,
             ),
+            (self.has_large_blocks(), Contradiction::LargeBlocks),
             (!self.interleaving.is_power_of_two(), Contradiction::Pattern),
         ];
         match contradictions.into_iter().find(|(found, _)| *found) {
             None => Ok(()),
             Some((_, contradiction)) => Err(contradiction),
         }
+    }
+
+    fn has_large_blocks(&self) -> bool {
+        matches!(self.emission, EmissionKind::Rich(GlossyForm::Table { side, storage: TableStorage::Blocks })
+            if side > TableStorage::MAX_SIDE_OF_BLOCKS)
     }
 
     /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point
@@ -295,8 +302,12 @@ const INTERLEAVING: u32 = 2;
 const TABLE_SIDE: u32 = 48;
 /// Von Mises-Fisher lobes of a light, as in the paper (Simon, Hanika, Dachsbacher 2015).
 const DEFAULT_LOBES: u32 = 5;
-/// The tables of the talk of 2015, and of lightcuts, which keep many of them.
-const PAPER_TABLES: EmissionKind = EmissionKind::table(32);
+/// The tables of the talk of 2015.
+const PAPER_TABLES: EmissionKind = EmissionKind::table(32, TableStorage::Shared);
+/// The tables of lightcuts, which keep many of them: in blocks. Measured against shared exponents,
+/// one pass of 16 384 lights at 96x54: a light takes 596 instead of 2020 bytes in the Kitchen, and
+/// 606 instead of 2552 in the living-room; the sum takes 0.99 to 1.05 of the time.
+const CUT_TABLES: EmissionKind = EmissionKind::table(32, TableStorage::Blocks);
 /// Least photon paths per virtual light, for presets with many lights and for numbers of lights on
 /// request. With this many, the noise of the photon fluxes is expected to be below the noise of the
 /// light positions; no measurement is recorded. More paths take longer.
@@ -417,7 +428,7 @@ impl ManyLight {
             light_count: CUT_LIGHTS,
             photon_paths: PHOTON_PATHS_PER_LIGHT * CUT_LIGHTS,
             interleaving: 1,
-            emission: PAPER_TABLES,
+            emission: CUT_TABLES,
             ..ManyLight::rich_vpl()
         }
     }
@@ -497,6 +508,13 @@ mod tests {
                     ManyLight::bidirectional_lightcuts(),
                 ),
                 Contradiction::UncompensatedPairs,
+            ),
+            (
+                with(
+                    |m| m.emission = EmissionKind::table(62, TableStorage::Blocks),
+                    rich,
+                ),
+                Contradiction::LargeBlocks,
             ),
         ] {
             assert_eq!(found, Err(expected));

@@ -147,8 +147,23 @@ impl KdIndex {
             })
             .collect();
         arrange(&mut entries);
+        KdIndex::over(&entries)
+    }
+
+    /// The index of points in the order of its leaves, as [`KdIndex::renumber`] leaves them. Another
+    /// order is right, but slow.
+    pub(super) fn of_ordered(count: usize, position: impl Fn(usize) -> Vec3) -> Self {
+        assert!(count < u32::MAX as usize, "indices have 32 bits");
+        let entry = |i: usize| KdEntry {
+            p: position(i).to_array(),
+            index: i as u32,
+        };
+        KdIndex::over(&(0..count).map(entry).collect::<Vec<KdEntry>>())
+    }
+
+    /// The index over points in the order of the leaves.
+    fn over(entries: &[KdEntry]) -> Self {
         let blocks: Vec<KdBlock> = entries.par_chunks(LANES).map(KdBlock::of).collect();
-        drop(entries);
         let (nodes, levels) = nodes_over(&blocks);
         static TREES: AtomicU64 = AtomicU64::new(0);
         KdIndex {

@@ -66,6 +66,12 @@ impl<T: Located + Sync> KdTree<T> {
         KdTree { items, tree }
     }
 
+    /// The tree of items in the order of [`KdTree::build_ordered`], bit for bit: nothing is sorted.
+    pub fn of_ordered(items: Vec<T>) -> Self {
+        let tree = KdIndex::of_ordered(items.len(), |i| items[i].position());
+        KdTree { items, tree }
+    }
+
     /// Builds the tree in parallel and sorts the items, with their indices, in the order of its
     /// leaves, so that neighbors in space are neighbors in memory.
     pub fn build_ordered(items: Vec<T>) -> Self

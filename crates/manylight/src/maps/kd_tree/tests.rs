@@ -70,6 +70,27 @@ fn nearest_equals_brute_force_in_every_instruction_set() {
     }
 }
 
+/// A tree that is written in the order of its leaves is the same tree when it is read.
+#[test]
+fn ordered_items_make_the_tree_that_ordered_them() {
+    for count in [0, 1, 16, 17, 300, 5000] {
+        let mut all = points(count, 3);
+        all.extend([Vec3::splat(0.5); 40]);
+        let built = KdTree::build_ordered(all);
+        let again = KdTree::of_ordered(built.items().to_vec());
+        let parts = |tree: &KdTree<Vec3>| {
+            let KdIndex {
+                blocks,
+                nodes,
+                levels,
+                ..
+            } = &tree.tree;
+            format!("{blocks:?} {nodes:?} {levels:?}")
+        };
+        assert_eq!(parts(&built), parts(&again), "{count} points");
+    }
+}
+
 /// The bound from the last search is valid for the next, near or far, in the same tree or another,
 /// also with more than K points at one distance.
 #[test]

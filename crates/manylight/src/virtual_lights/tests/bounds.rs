@@ -47,6 +47,7 @@ fn bounds_of_intensity_hold() {
         tables(8, TableStorage::Float),
         tables(32, TableStorage::Shared),
         tables(50, TableStorage::Shared),
+        tables(30, TableStorage::Blocks),
         Some(GlossyForm::Lobes { count: 5 }),
         Some(GlossyForm::Lobes { count: 1 }),
     ];

@@ -166,6 +166,7 @@ fn every_form_holds_exactly_the_reflected_flux() {
         table(32, TableStorage::Float),
         table(8, TableStorage::Shared),
         table(128, TableStorage::Shared),
+        table(48, TableStorage::Blocks),
         GlossyForm::Lobes { count: 1 },
         GlossyForm::Lobes { count: 5 },
         GlossyForm::Lobes { count: 8 },
@@ -185,7 +186,12 @@ fn every_form_holds_exactly_the_reflected_flux() {
             for c in 0..3 {
                 assert!(close(held[c], target[c], 1e-5), "{held:?} of {target:?}");
                 // Sub-samples of texels approximate the horizon.
-                let tolerance = if form == forms[1] { 2e-3 } else { 1e-4 };
+                // Blocks that a horizon crosses are rounded on both sides of it.
+                let tolerance = match form {
+                    _ if form == forms[1] => 2e-3,
+                    _ if form == forms[3] => 1e-3,
+                    _ => 1e-4,
+                };
                 assert!(
                     close(emitted[c], target[c], tolerance),
                     "{form:?}, alpha {alpha}, from {prev}: {emitted:?} of {target:?}"
@@ -211,6 +217,7 @@ fn storages_agree_within_their_rounding() {
     for (storage, part) in [
         (TableStorage::Float, 1e-6),
         (TableStorage::Shared, 1.0 / 128.0),
+        (TableStorage::Blocks, 0.25),
     ] {
         let rounded = set(storage);
         sizes.push((rounded.bytes() - size_of_val(rounded.lights())) / rounded.lights().len());
@@ -219,17 +226,27 @@ fn storages_agree_within_their_rounding() {
                 let a = exact.intensity(LightId(k as u32), w);
                 let b = rounded.intensity(LightId(k as u32), w);
                 let off = (a - b).map(f32::abs).max_channel();
-                // The error is relative to the brightest channel of the texels interpolated.
-                let scale = if storage == TableStorage::Shared {
-                    4.0
-                } else {
-                    1.0
+                // The error is relative to the brightest channel of the texels interpolated, or of
+                // the blocks that hold them.
+                let scale = match storage {
+                    TableStorage::Float => a.max_channel(),
+                    TableStorage::Shared => 4.0 * a.max_channel(),
+                    TableStorage::Blocks => brightest_around(&exact, k, w),
                 };
-                assert!(off <= part * scale * a.max_channel() + 1e-9, "{a:?} {b:?}");
+                assert!(off <= part * scale + 1e-9, "{storage:?}: {a:?} {b:?}");
             }
         }
     }
-    assert_eq!(sizes, [12_300, 4108]);
+    assert_eq!(sizes[..2], [12_324, 4132]);
+    assert!(sizes[2] < 600, "{sizes:?}");
+}
+
+/// The largest channel of the intensity of light `k` within a block of 4 x 4 of 32 x 32 texels
+/// around the unit vector `w`, in W/sr.
+fn brightest_around(set: &VirtualLights, k: usize, w: Vec3) -> f32 {
+    let around = directions(60).map(|d| (w + d * 0.5).normalize());
+    let intensity = |w: Vec3| set.intensity(LightId(k as u32), w).max_channel();
+    around.map(intensity).fold(intensity(w), f32::max)
 }
 
 /// `∫ |I - I_exact|` relative to the flux, for lights of 16 photons from similar directions.
@@ -300,7 +317,7 @@ fn mixtures_at_their_edges() {
             assert!(value.is_finite() && value.r == 0.0 && value.b == 0.0);
         }
         let bytes = set.bytes() - size_of_val(set.lights());
-        assert_eq!(bytes, 5 * 20);
+        assert_eq!(bytes, 5 * 20 + size_of::<SurfaceRef>());
     }
     // A transmitting light emits on both sides with all of its flux.
     let scene = floor(rough_glass(0.3));

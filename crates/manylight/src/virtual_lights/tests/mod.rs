@@ -9,7 +9,7 @@ use super::testing::{candidates, photon, rich_lights, single_lights};
 use super::*;
 use crate::bsdf::Material;
 use crate::color::Rgb;
-use crate::geometry::Ray;
+use crate::geometry::{Ray, SurfaceRef};
 use crate::ids::LightId;
 use crate::math::octahedral::{direction_from_square, solid_angle_density};
 use crate::math::{Vec2, Vec3};
