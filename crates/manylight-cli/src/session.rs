@@ -187,7 +187,7 @@ fn set_frames(
     if motion.is_empty() {
         return Err(Failure::usage(
             "--frames: the camera of the scene stands still",
-            "name the cameras of the frames by --cameras; animations are read from glTF files",
+            "name the cameras of the frames by --cameras; a camera moves by <animation> in Mitsuba files, ActiveTransform in PBRT files, and animations of glTF files",
         ));
     }
     let frames = motion.into_iter().map(|world_from_camera| SensorDesc {

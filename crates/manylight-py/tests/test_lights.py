@@ -30,7 +30,7 @@ def test_lights_of_every_storage_have_the_same_tables(room, tmp_path):
     light = int(np.argmax(chosen >= 0))
     towards = ml.octahedral_directions(24) @ exact.normals[light]
     assert exact.tables(chosen[light])[0][towards < -0.2].max() == 0 < tables[chosen[light]].max()
-    for storage, bound in (("shared", 0.01), ("blocks", 0.1)):
+    for storage, bound in (("shared", 0.01), ("blocks", 0.25)):
         others = groups[storage][0]
         assert np.array_equal(others.positions, exact.positions)
         error = np.sqrt(((others.tables() - tables) ** 2).sum((1, 2, 3)) / (tables**2).sum((1, 2, 3)))
@@ -42,7 +42,7 @@ def test_a_picture_by_kept_lights_has_the_bits_of_the_command(room, tmp_path):
     file, picture = keep(room, tmp_path, "blocks")
     image = ml.render(room, size=(32, 18), lights_in=file)
     assert np.array_equal(image, picture) and image.passes == 2
-    with pytest.raises(ml.UsageError, match="--lights has no meaning"):
+    with pytest.raises(ml.UsageError, match="lights has no meaning"):
         ml.render(room, size=(32, 18), lights_in=file, lights=8)
     with pytest.raises(TypeError, match="lights_out"):
         ml.render(room, lights_out=file)

@@ -26,8 +26,8 @@ pub(crate) struct GltfArgs {
     #[arg(long, value_name = "X", requires = "environment", value_parser = values::positive)]
     pub(crate) environment_scale: Option<f32>,
 
-    /// Frames per second of a camera that moves, for --frames. Default: 24.
-    #[arg(long, value_name = "X", value_parser = values::positive)]
+    /// Frames per second of a camera that moves in the scene, for --frames. Default: 24.
+    #[arg(long, value_name = "X", value_parser = values::positive, help_heading = "Walkthroughs")]
     pub(crate) fps: Option<f32>,
 
     /// Name of a material variant.
@@ -60,6 +60,7 @@ impl GltfArgs {
     pub(crate) fn load_options(&self, defines: &[(String, String)]) -> LoadOptions {
         LoadOptions {
             defines: defines.to_vec(),
+            fps: self.fps.unwrap_or(DEFAULT_FPS),
             gltf: self.options(),
             ..LoadOptions::default()
         }
@@ -81,7 +82,6 @@ impl GltfArgs {
                 }
             }),
             environment_scale: self.environment_scale.unwrap_or(1.0),
-            fps: self.fps.unwrap_or(DEFAULT_FPS),
             variant: self.variant.clone(),
         }
     }

@@ -61,6 +61,32 @@ fn each_frame_has_its_files_and_the_bits_of_its_render_alone() {
 }
 
 #[test]
+fn a_camera_that_moves_in_the_scene_has_frames() {
+    let place = r#"<transform name="to_world"><lookat origin="0, 1, 4" target="0, 0.8, 0" up="0, 1, 0"/></transform>"#;
+    let key = |time: &str, x: &str| {
+        format!(
+            r#"<transform time="{time}"><lookat origin="{x}, 1, 4" target="{x}, 0.8, 0" up="0, 1, 0"/></transform>"#
+        )
+    };
+    let (first, last) = (key("0", "0"), key("0.5", "1"));
+    let animation = format!(r#"<animation name="to_world">{first}{last}</animation>"#);
+    let folder = Folder::new(&BOX.replace(place, &animation));
+    let words = format!("render scene.xml {QUICK} --fps 4 -q");
+    folder
+        .run(&format!("{words} --frames 1.. -o a.exr"))
+        .code(0);
+    assert_eq!(
+        folder.files(),
+        ["a.0001.exr", "a.0002.exr", "a.0003.exr", "scene.xml"]
+    );
+    assert!(pixels(&folder, "a.0001.exr") != pixels(&folder, "a.0003.exr"));
+    folder
+        .run(&format!("{words} --frames 4"))
+        .code(2)
+        .says(&["--frames 4", "3 cameras"]);
+}
+
+#[test]
 fn frames_that_exist_are_left_on_request() {
     let folder = walk();
     let words = format!("render scene.xml --cameras walk.json {QUICK} -m vpl -o a.exr");

@@ -10,6 +10,7 @@ mod files;
 mod gltf;
 mod growth;
 mod mitsuba;
+mod motion;
 mod names;
 mod options;
 mod parameters;
@@ -114,7 +115,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     sink.note_read(path);
     let format = detect_format(path, &bytes, sink)?;
     if matches!(format, Format::Gltf) {
-        return gltf::load(path, &bytes, &options.gltf, sink);
+        return gltf::load(path, &bytes, options, sink);
     }
     if options.gltf != GltfOptions::default() {
         let message = format!("`{}` is not a glTF scene", path.display());
@@ -124,7 +125,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         return None;
     }
     if matches!(format, Format::Pbrt) {
-        return pbrt::load(path, bytes, sink);
+        return pbrt::load(path, bytes, options.fps, sink);
     }
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),

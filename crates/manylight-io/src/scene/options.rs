@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 /// Options of loading.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of
     /// the file.
     pub defines: Vec<(String, String)>,
     /// Whether the first warning is an error.
     pub strict: bool,
+    /// Frames per second of moving cameras.
+    pub fps: f32,
     /// Options for glTF scenes. Options that differ from the default are errors for scenes of other
     /// formats.
     pub gltf: GltfOptions,
@@ -25,8 +27,6 @@ pub struct GltfOptions {
     pub environment: Option<EnvironmentSource>,
     /// Factor of the radiance of the environment.
     pub environment_scale: f32,
-    /// Frames per second of moving cameras.
-    pub fps: f32,
     /// Name of the material variant to show; `None`: the materials of the meshes.
     pub variant: Option<String>,
 }
@@ -34,13 +34,23 @@ pub struct GltfOptions {
 /// Frames per second of moving cameras by default: those of Blender.
 pub const DEFAULT_FPS: f32 = 24.0;
 
+impl Default for LoadOptions {
+    fn default() -> Self {
+        LoadOptions {
+            defines: Vec::new(),
+            strict: false,
+            fps: DEFAULT_FPS,
+            gltf: GltfOptions::default(),
+        }
+    }
+}
+
 impl Default for GltfOptions {
     fn default() -> Self {
         GltfOptions {
             light_units: None,
             environment: None,
             environment_scale: 1.0,
-            fps: DEFAULT_FPS,
             variant: None,
         }
     }

@@ -94,6 +94,74 @@ fn cameras_look_along_z_with_x_to_the_left() {
 }
 
 #[test]
+fn an_animation_moves_the_camera_and_nothing_else() {
+    let animation = |name: &str, start: &str| {
+        format!(
+            "<animation name='{name}'>
+            <transform time='{start}'><translate x='1'/></transform>
+            <transform time='0.25'><rotate y='1' angle='90'/><translate x='3'/></transform></animation>"
+        )
+    };
+    for (version, name) in [("3.0.0", "to_world"), ("0.6.0", "toWorld")] {
+        let to_world = animation(name, "0");
+        let scene = format!(
+            "<scene version='{version}'><emitter type='constant'/><sensor type='perspective'>{to_world}</sensor>
+            <shape type='sphere'>{to_world}</shape><shape type='sphere'>{to_world}</shape></scene>"
+        );
+        let loaded = Files::new(&scene, &[]).load();
+        let messages: Vec<&str> = loaded.warnings.iter().map(|w| w.message()).collect();
+        let warning = "only cameras move; the first transform of this <animation> is used";
+        assert_eq!(messages, [warning]);
+        let sensor = &loaded.desc.sensors[0];
+        assert_eq!(sensor.motion.len(), 7);
+        assert_eq!(sensor.motion[0], sensor.world_from_camera);
+        let middle = sensor.motion[3];
+        assert!(middle.translation.abs_diff_eq(Vec3A::X * 2.0, 1e-6));
+        let forward = middle.transform_vector3(Vec3::Z);
+        assert!(forward.abs_diff_eq(Vec3::new(1.0, 0.0, 1.0).normalize(), 1e-6));
+        assert_eq!(
+            loaded.desc.primitives[0].world_from_object.translation,
+            Vec3A::X
+        );
+    }
+    let sensor = |content: &str| {
+        let scene = format!(
+            "<scene version='3.0.0'><emitter type='constant'/><sensor type='perspective'>\n{content}</sensor></scene>"
+        );
+        let found =
+            manylight_io::check_scene(&Files::new(&scene, &[]).scene(), &LoadOptions::default());
+        let first = found.first().map(|diagnostic| diagnostic.message.clone());
+        first.unwrap_or_default()
+    };
+    for (content, message) in [
+        (
+            animation("to_world", "1"),
+            "expected the times of key frames in ascending order",
+        ),
+        (
+            "<animation name='to_world'/>".into(),
+            "an animation is empty",
+        ),
+        (
+            "<animation name='to_world'><transform/></animation>".into(),
+            "<transform> needs the attribute `time`",
+        ),
+        (
+            "<animation name='to_world'><transform time='0'/></animation>".into(),
+            "found 1 key frames, expected two or more",
+        ),
+        (
+            "<animation name='to_world'><scale value='2'/></animation>".into(),
+            "<scale> cannot be nested in <animation>",
+        ),
+        (animation("to_world", "-1e9"), "expected at most 1000000"),
+    ] {
+        let found = sensor(&content);
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+#[test]
 fn a_sensor_without_parameters_has_the_defaults_of_mitsuba() {
     let desc = load("");
     let sensor = &desc.sensors[0];

@@ -46,7 +46,7 @@ mod uri;
 pub(super) use container::MAGIC;
 
 use super::names::name_light_group;
-use super::options::GltfOptions;
+use super::options::LoadOptions;
 use super::sink::Sink;
 use crate::error::LoadErrorKind;
 use crate::file_error::Fault;
@@ -77,7 +77,7 @@ use std::path::Path;
 pub(super) fn load(
     path: &Path,
     bytes: &[u8],
-    options: &GltfOptions,
+    options: &LoadOptions,
     sink: &Sink,
 ) -> Option<SceneDesc> {
     let (container, text, value) = match parse(bytes) {
@@ -107,7 +107,7 @@ pub(super) fn load(
         document: &document,
         options,
         desc: SceneDesc::default(),
-        meshes: Meshes::new(accessors, chosen_variant(&document.root, options)),
+        meshes: Meshes::new(accessors, chosen_variant(&document.root, &options.gltf)),
     };
     builder.scene();
     let Builder {
@@ -119,7 +119,7 @@ pub(super) fn load(
     desc.textures = textures.list;
     fill_missing(&mut desc.textures);
     let first = desc.emitters.len();
-    environment::add(&mut desc, &document.root, options);
+    environment::add(&mut desc, &document.root, &options.gltf);
     name_light_group(&mut desc, first, Some(ENVIRONMENT_GROUP));
     drop_full_masks(&mut desc);
     if desc.sensors.is_empty() {
@@ -220,7 +220,7 @@ fn least(textures: &[Texture], id: TextureId) -> Option<f32> {
 /// Fills a [`SceneDesc`] from a document.
 struct Builder<'a, 'b> {
     document: &'b Document<'a>,
-    options: &'b GltfOptions,
+    options: &'b LoadOptions,
     desc: SceneDesc,
     meshes: Meshes<'a, 'b>,
 }
@@ -245,7 +245,7 @@ impl<'a> Builder<'a, '_> {
         let Some(index) = extension.index("light", "lights", lights.len()) else {
             return;
         };
-        let dialect = Dialect::new(self.document.origin, self.options.light_units);
+        let dialect = Dialect::new(self.document.origin, self.options.gltf.light_units);
         dialect.warn_of_units(&lights[index]);
         let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
         let first = self.desc.emitters.len();

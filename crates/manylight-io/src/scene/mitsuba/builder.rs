@@ -68,6 +68,8 @@ pub(super) struct Made {
 pub(super) struct DescBuilder<'a> {
     pub(super) tree: &'a ObjectTree,
     pub(super) sink: &'a Sink,
+    /// Frames per second of moving cameras.
+    pub(super) fps: f32,
     pub(super) desc: SceneDesc,
     pub(super) made: Made,
     pub(super) current_shape: Option<CurrentShape>,
@@ -78,10 +80,11 @@ pub(super) struct DescBuilder<'a> {
 }
 
 impl<'a> DescBuilder<'a> {
-    pub(super) fn new(tree: &'a ObjectTree, sink: &'a Sink) -> Self {
+    pub(super) fn new(tree: &'a ObjectTree, fps: f32, sink: &'a Sink) -> Self {
         DescBuilder {
             tree,
             sink,
+            fps,
             desc: SceneDesc::default(),
             made: Made::default(),
             current_shape: None,

@@ -67,7 +67,7 @@ pub(super) fn load(
 ) -> Option<SceneDesc> {
     let root = xml::read_tree(path, text, &options.defines, sink)?;
     let tree = tree::read_objects(&root, sink)?;
-    let mut builder = DescBuilder::new(&tree, sink);
+    let mut builder = DescBuilder::new(&tree, options.fps, sink);
     builder.scene();
     let mut desc = builder.desc;
     builder.assets.load(&mut desc, sink);

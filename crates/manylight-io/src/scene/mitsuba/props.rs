@@ -1,5 +1,6 @@
 //! Access to the parameters of one object. A parameter that is never read is reported as unknown.
 
+use super::super::motion::KeyFrame;
 use super::super::parameters::{Numbers, Parameters, Reads};
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::family::PluginFamily;
@@ -199,12 +200,34 @@ impl<'a> Props<'a> {
     pub(super) fn transform(&self, name: &'static str) -> Option<DMat4> {
         self.typed(name, &"a transform", |param| match &param.value {
             Value::Transform(value) => Some(*value),
+            Value::Animation(keys) => keys.first().map(|key| key.1),
             _ => None,
         })
     }
 
-    /// The parameter `to_world`, or the identity. A singular matrix is reported.
+    /// The key frames of the parameter `to_world`, if it is animated, and where they are.
+    pub(super) fn motion(&self) -> Option<(&[KeyFrame], FileSpan)> {
+        let params = self.object().params.iter();
+        let mut keys = params.filter_map(|param| match &param.value {
+            Value::Animation(keys) if param.name.value == "to_world" => {
+                Some((&keys[..], param.span))
+            }
+            _ => None,
+        });
+        keys.next()
+    }
+
+    /// [`Props::first_to_world`] of what stands still. Warns once of animations.
     pub(super) fn to_world(&self) -> DMat4 {
+        if let Some((_, span)) = self.motion() {
+            let message = "only cameras move; the first transform of this <animation> is used";
+            self.sink.unsupported("animation", span, message);
+        }
+        self.first_to_world()
+    }
+
+    /// The parameter `to_world`, its first key frame, or the identity. A singular matrix is reported.
+    pub(super) fn first_to_world(&self) -> DMat4 {
         let Some(matrix) = self.transform("to_world") else {
             return DMat4::IDENTITY;
         };

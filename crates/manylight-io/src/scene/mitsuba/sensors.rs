@@ -2,6 +2,7 @@
 //! effect.
 
 use super::super::description::film_of_size;
+use super::super::motion::frames;
 use super::super::parameters::{Numbers, Parameters};
 use super::builder::{DescBuilder, IGNORED, Substitute};
 use super::family::PluginFamily;
@@ -9,7 +10,7 @@ use super::props::Props;
 use super::transforms::affine;
 use super::values::ObjectId;
 use manylight::film::{FilmDesc, Filter};
-use manylight::math::{UVec2, Vec2};
+use manylight::math::{Affine3A, UVec2, Vec2};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
 
 pub(super) const SUPPORTED: &[&str] = &["orthographic", "perspective", "thinlens"];
@@ -102,7 +103,8 @@ impl DescBuilder<'_> {
             "shutter_open_time",
             "srf",
         ]);
-        let world_from_camera = affine(props.to_world());
+        let world_from_camera = affine(props.first_to_world());
+        let motion = self.motion(&props);
         let (near_clip, far_clip) = clipping(&props);
         let (kind, principal_point_offset) = self.projection(&props, far_clip);
         let film = match props.single(PluginFamily::Film) {
@@ -120,7 +122,7 @@ impl DescBuilder<'_> {
         let sensor = SensorDesc {
             name,
             world_from_camera,
-            motion: Vec::new(),
+            motion,
             kind,
             principal_point_offset,
             near_clip,
@@ -128,6 +130,18 @@ impl DescBuilder<'_> {
             film,
         };
         self.desc.sensors.push(sensor);
+    }
+
+    /// The frames of an animated camera.
+    fn motion(&self, props: &Props<'_>) -> Vec<Affine3A> {
+        let Some((keys, span)) = props.motion() else {
+            return Vec::new();
+        };
+        frames(keys, self.fps).unwrap_or_else(|fault| {
+            let message = format!("this animation cannot be used: {fault}");
+            self.sink.error_at("scene::bad_value", span, message);
+            Vec::new()
+        })
     }
 
     /// The projection, and the offset of the principal point.

@@ -3,6 +3,7 @@
 use super::super::assets::{Assets, Finish};
 use super::super::growth::{Bound, Growth};
 use super::super::names::ShapeNames;
+use super::super::options::DEFAULT_FPS;
 use super::super::plugins::report_unknown;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::bindings::{Bindings, NameSpace, Place};
@@ -71,6 +72,8 @@ pub(super) struct Builder<'a> {
     pub(super) is_v3: bool,
     /// Factor of all emission: the imaging ratio of the film.
     pub(super) film_scale: f32,
+    /// Frames per second of moving cameras.
+    pub(super) fps: f32,
     pub(super) desc: SceneDesc,
     pub(super) assets: Assets,
     pub(super) made: Made,
@@ -98,6 +101,7 @@ impl<'a> Builder<'a> {
             sink,
             is_v3,
             film_scale: 1.0,
+            fps: DEFAULT_FPS,
             desc: SceneDesc::default(),
             assets: Assets::default(),
             made: Made::default(),

@@ -1,5 +1,6 @@
 //! Cameras.
 
+use super::super::motion::frames;
 use super::super::parameters::{Numbers, Parameters};
 use super::super::sink::Problem;
 use super::builder::Builder;
@@ -29,30 +30,46 @@ struct Screen {
 }
 
 impl Builder<'_> {
-    /// Adds the camera.
-    pub(super) fn camera(&mut self, entity: &Entity<'_>, film: FilmDesc) {
+    /// Adds the camera. `motion` is the transform from the world to it at the end of its motion, with
+    /// the times of its start and end in s.
+    pub(super) fn camera(
+        &mut self,
+        entity: &Entity<'_>,
+        motion: Option<(DMat4, [f64; 2])>,
+        film: FilmDesc,
+    ) {
         let params = &entity.params;
         let screen = self.screen(entity, &film);
-        let world_from_camera = entity.transform.inverse();
         // PBRT's x points to the right, ours to the left.
-        let mut frame = world_from_camera * DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let mut from_camera = DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0));
         let kind = match params.plugin.value.as_str() {
             "orthographic" => {
                 let half_width = 0.5 * f64::from(screen.x[1] - screen.x[0]);
-                frame *= DMat4::from_scale(DVec3::splat(half_width));
+                from_camera *= DMat4::from_scale(DVec3::splat(half_width));
                 self.warn_orthographic_lens(entity);
                 SensorKind::Orthographic
             }
             _ => self.perspective(entity, &screen),
         };
+        let frame = |camera_from_world: DMat4| camera_from_world.inverse() * from_camera;
+        let motion = motion.map_or_else(Vec::new, |(at_end, [start, end])| {
+            let keys = [(start, frame(entity.transform)), (end, frame(at_end))];
+            frames(&keys, self.fps).unwrap_or_else(|fault| {
+                let message = format!("this camera cannot move: {fault}");
+                let help = "`TransformTimes` has the times of the start and the end, in seconds";
+                let problem = Problem::new("scene::bad_value", params.plugin.span, message);
+                self.sink.error(problem.help(help));
+                Vec::new()
+            })
+        });
         params.ignore(&["shutteropen", "shutterclose"]);
         entity.params.finish(self.is_v3);
         let extent = [screen.x[1] - screen.x[0], screen.y[1] - screen.y[0]];
         let center = [screen.x[0] + screen.x[1], screen.y[0] + screen.y[1]];
         self.desc.sensors.push(SensorDesc {
             name: String::new(),
-            world_from_camera: Affine3A::from_mat4(frame.as_mat4()),
-            motion: Vec::new(),
+            world_from_camera: Affine3A::from_mat4(frame(entity.transform).as_mat4()),
+            motion,
             kind,
             principal_point_offset: Vec2::new(
                 0.5 * center[0] / extent[0],

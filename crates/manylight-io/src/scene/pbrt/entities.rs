@@ -15,7 +15,7 @@ use std::rc::Rc;
 /// A declaration with its transform.
 pub(super) struct Entity<'a> {
     pub(super) params: Params<'a>,
-    /// Object to world; at the start of the shutter interval.
+    /// Object to world; at the start of the motion.
     pub(super) transform: DMat4,
     pub(super) color_space: ColorSpace,
     /// Folders in which the files that the parameters name are searched.
@@ -89,6 +89,10 @@ pub(super) struct WrongBlock {
 #[derive(Default)]
 pub(super) struct Entities<'a> {
     pub(super) camera: Option<Entity<'a>>,
+    /// From the world to the camera at the end of its motion, if it moves.
+    pub(super) camera_at_end: Option<DMat4>,
+    /// The times of the start and the end of all motion, in s, if they are given.
+    pub(super) motion_times: Option<[f64; 2]>,
     pub(super) film: Option<Entity<'a>>,
     pub(super) filter: Option<Entity<'a>>,
     pub(super) integrator: Option<Entity<'a>>,

@@ -126,8 +126,9 @@ impl<'a> Interpreter<'a> {
             Arguments::Numbers(numbers) if directive.value != "TransformTimes" => {
                 self.state.transform(&directive, &numbers, self.sink)
             }
-            // The times have no effect without motion.
-            Arguments::Numbers(_) => {}
+            Arguments::Numbers(times) => {
+                self.entities.motion_times = times.first_chunk().copied();
+            }
             Arguments::Word(which) => self.state.activate(&which, self.sink),
             Arguments::Names(names) => self.named(&directive, names, depth),
             Arguments::Declaration(name, list) => self.declaration(&directive, name, list),
@@ -390,10 +391,14 @@ impl<'a> Interpreter<'a> {
         };
         let params = Params::new(family, name, list, inherited, self.sink);
         let place = self.entities.bindings.here();
-        let entity = self.state.entity(params, &self.folders, place);
+        let entity = match directive.value.as_str() {
+            "Camera" => self.state.moving_entity(params, &self.folders, place),
+            _ => self.state.entity(params, &self.folders, place),
+        };
         let entities = &mut self.entities;
         match directive.value.as_str() {
             "Camera" => {
+                entities.camera_at_end = self.state.at_end();
                 let camera = self.state.transforms.map(|transform| transform.inverse());
                 self.systems.insert("camera".to_owned(), camera);
                 entities.camera = Some(entity);

@@ -67,9 +67,9 @@ pub(super) fn is_scene(bytes: &[u8]) -> bool {
         .is_some_and(directives::is_directive)
 }
 
-/// The scene in the content `bytes` of the file `path`, without its invalid parts. `None` only if
-/// an error has been reported.
-pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc> {
+/// The scene in the content `bytes` of the file `path`, without its invalid parts; cameras move at
+/// `fps` frames per second. `None` only if an error has been reported.
+pub(super) fn load(path: &Path, bytes: Vec<u8>, fps: f32, sink: &Sink) -> Option<SceneDesc> {
     let text = match source::text_of(path, bytes, sink) {
         Ok(text) => text?,
         Err(what) => {
@@ -84,6 +84,7 @@ pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc
         ..
     } = Interpreter::run(path, text, sink);
     let mut builder = Builder::new(sink, is_v3(&entities), expansion.text_bytes());
+    builder.fps = fps;
     builder.scene(entities);
     Some(builder.load_assets())
 }
@@ -99,7 +100,9 @@ impl Builder<'_> {
             self.film_scale = self.imaging_ratio(camera, entities.film.as_ref());
             self.film_scale *= film_scale(entities.film.as_ref());
             let film = self.film(entities.film.as_ref(), entities.filter.as_ref());
-            self.camera(camera, film);
+            let times = entities.motion_times.unwrap_or([0.0, 1.0]);
+            let motion = entities.camera_at_end.map(|at_end| (at_end, times));
+            self.camera(camera, motion, film);
         }
         for texture in &entities.textures {
             self.texture(texture);

@@ -138,14 +138,31 @@ impl<'a> GraphicsState<'a> {
     /// The transform at the start. Warns once if the other one differs.
     pub(super) fn start(&self, at: &Text, sink: &Sink) -> DMat4 {
         if self.transforms[0] != self.transforms[1] {
-            let message = "motion is not supported; the transform at the start is used";
+            let message = "only cameras move; the transform at the start is used";
             sink.unsupported("motion", at.span, message);
         }
         self.transforms[0]
     }
 
-    /// A declaration in this state, at `place`.
+    /// The transform of what may move at the end of its motion; `None` if it stands still.
+    pub(super) fn at_end(&self) -> Option<DMat4> {
+        let [start, end] = self.transforms;
+        (start != end).then_some(end)
+    }
+
+    /// A declaration in this state, at `place`. It stands still, as all but cameras do.
     pub(super) fn entity(
+        &self,
+        params: Params<'a>,
+        folders: &Rc<[PathBuf]>,
+        place: Place,
+    ) -> Entity<'a> {
+        self.start(&params.plugin, params.sink());
+        self.moving_entity(params, folders, place)
+    }
+
+    /// A declaration in this state, at `place`, of what may move.
+    pub(super) fn moving_entity(
         &self,
         params: Params<'a>,
         folders: &Rc<[PathBuf]>,
@@ -154,7 +171,7 @@ impl<'a> GraphicsState<'a> {
         Entity {
             place,
             folders: Rc::clone(folders),
-            transform: self.start(&params.plugin, params.sink()),
+            transform: self.transforms[0],
             params,
             color_space: self.color_space,
         }

@@ -48,11 +48,15 @@ fn cart(interpolation: &str) -> Value {
 
 /// Places and directions of the camera, frame by frame.
 fn frames(document: &Value, fps: f32) -> Vec<(Vec3, Vec3)> {
-    let options = GltfOptions {
-        fps,
-        ..GltfOptions::default()
-    };
-    let sensor = load_with(document, options).sensors.remove(0);
+    let sensor = load_by(
+        document,
+        &LoadOptions {
+            fps,
+            ..LoadOptions::default()
+        },
+    )
+    .sensors
+    .remove(0);
     let frame = |m: &Affine3A| (m.translation.into(), m.transform_vector3(Vec3::Z));
     sensor.motion.iter().map(frame).collect()
 }

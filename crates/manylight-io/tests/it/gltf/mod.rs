@@ -176,12 +176,18 @@ fn load(document: &Value) -> SceneDesc {
 }
 
 fn load_with(document: &Value, gltf: GltfOptions) -> SceneDesc {
-    let options = LoadOptions {
-        gltf,
-        ..LoadOptions::default()
-    };
+    load_by(
+        document,
+        &LoadOptions {
+            gltf,
+            ..LoadOptions::default()
+        },
+    )
+}
+
+fn load_by(document: &Value, options: &LoadOptions) -> SceneDesc {
     let folder = Folder::new(document);
-    let loaded = load_scene(&folder.file, &options).unwrap_or_else(|error| panic!("{error}"));
+    let loaded = load_scene(&folder.file, options).unwrap_or_else(|error| panic!("{error}"));
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     manylight::scene::Scene::build(loaded.desc.clone(), 0).unwrap();
     loaded.desc

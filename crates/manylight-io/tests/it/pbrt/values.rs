@@ -463,7 +463,37 @@ fn motion_uses_the_start_and_warns_once() {
     let messages: Vec<&str> = loaded.warnings.iter().map(|w| w.message()).collect();
     assert_eq!(
         messages,
-        ["motion is not supported; the transform at the start is used"]
+        ["only cameras move; the transform at the start is used"]
+    );
+}
+
+#[test]
+fn cameras_move_between_their_transforms() {
+    let camera = "ActiveTransform EndTime Rotate 90 0 1 0 Translate -2 0 0 ActiveTransform All \
+                  Translate -1 0 0 Camera \"perspective\"";
+    let rest = "WorldBegin LightSource \"infinite\" Shape \"sphere\"";
+    let motion = |times: &str| {
+        load_file(&format!("{times} {camera} {rest}")).sensors[0]
+            .motion
+            .clone()
+    };
+    assert_eq!(motion("").len(), 25);
+    let moved = motion("TransformTimes 2 2.25");
+    assert_eq!(moved.len(), 7);
+    let at = |frame: usize| Vec3::from(moved[frame].translation);
+    assert!(at(0).abs_diff_eq(Vec3::X, 1e-5) && at(6).abs_diff_eq(Vec3::X * 3.0, 1e-5));
+    assert!(at(3).abs_diff_eq(Vec3::X * 2.0, 1e-5), "{}", at(3));
+    let forward = |frame: usize| moved[frame].transform_vector3(Vec3::Z);
+    assert!(forward(0).abs_diff_eq(Vec3::Z, 1e-5));
+    assert!(forward(6).abs_diff_eq(-Vec3::X, 1e-5), "{}", forward(6));
+    let problems = PbrtFiles::new(
+        format!("TransformTimes 1 0 {camera} {rest}").as_bytes(),
+        &[],
+    )
+    .problems();
+    assert!(
+        problems[0].contains("this camera cannot move"),
+        "{problems:?}"
     );
 }
 

@@ -51,14 +51,7 @@ pub(super) fn parse(sink: &Sink, element: &XmlElement) -> Option<Value> {
         "spectrum" => color::spectrum(sink, element),
         "blackbody" => color::blackbody(sink, element),
         "transform" => transform::matrix_of(sink, element).map(Value::Transform),
-        "animation" => {
-            let message = "<animation> is not supported; its first transform is used";
-            sink.unsupported("animation", element.tag.span, message);
-            let first = element.children.first();
-            first
-                .and_then(|first| transform::matrix_of(sink, first))
-                .map(Value::Transform)
-        }
+        "animation" => transform::key_frames(sink, element).map(Value::Animation),
         _ => {
             unknown_element(sink, element);
             return None;

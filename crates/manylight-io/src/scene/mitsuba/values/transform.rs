@@ -1,5 +1,6 @@
 //! Values that are transforms.
 
+use super::super::super::motion::KeyFrame;
 use super::super::super::sink::{Problem, Sink, Text};
 use super::super::xml::{Dialect, XmlElement};
 use super::numbers::{number, numbers, vector};
@@ -17,6 +18,31 @@ pub(super) fn matrix_of(sink: &Sink, element: &XmlElement) -> Option<DMat4> {
         result = matrix.zip(result).map(|(matrix, result)| matrix * result);
     }
     result
+}
+
+/// The key frames of an `<animation>`: transforms with times in s.
+pub(super) fn key_frames(sink: &Sink, element: &XmlElement) -> Option<Vec<KeyFrame>> {
+    let key = |child: &XmlElement| {
+        if child.tag.value != "transform" {
+            let message = format!("<{}> cannot be nested in <animation>", child.tag.value);
+            sink.error_at("scene::unexpected_element", child.tag.span, message);
+            return None;
+        }
+        child.check_attributes(sink, &["time"]);
+        let time = number(sink, child.required(sink, "time")?);
+        time.zip(matrix_of(sink, child))
+    };
+    if element.children.is_empty() {
+        let problem = Problem::new(
+            "scene::bad_value",
+            element.tag.span,
+            "an animation is empty",
+        );
+        sink.error(problem.help("expected <transform> elements, each with a `time`"));
+        return None;
+    }
+    let keys: Vec<Option<KeyFrame>> = element.children.iter().map(key).collect();
+    keys.into_iter().collect()
 }
 
 /// The matrix of one step.

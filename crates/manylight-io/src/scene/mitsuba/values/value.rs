@@ -1,5 +1,6 @@
 //! Values of parameters.
 
+use super::super::super::motion::KeyFrame;
 use super::super::super::sink::Text;
 use glam::{DMat4, DVec3};
 
@@ -14,6 +15,8 @@ pub(in super::super) enum Value {
     Rgb([f64; 3]),
     Spectrum(Spectrum),
     Transform(DMat4),
+    /// Key frames of a transform, at least one.
+    Animation(Vec<KeyFrame>),
     Object(ObjectId),
     /// An invalid value. It has been reported, so reading it reports nothing.
     Broken,
@@ -46,6 +49,7 @@ impl Value {
             Value::Rgb(_) => "a color",
             Value::Spectrum(_) => "a spectrum",
             Value::Transform(_) => "a transform",
+            Value::Animation(_) => "an animation",
             Value::Object(_) => "an object",
             Value::Broken => "nothing",
         }
