@@ -13,6 +13,7 @@ import numpy as np
 
 import manylight as ml
 
+BACKGROUND = "0.2"
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
 
@@ -28,11 +29,15 @@ def draw_in_space(axes: plt.Axes, scene: ml.Scene, lights: ml.Lights) -> None:
     """The surfaces that the camera sees, and the lights: their area grows with flux."""
     seen = ml.render(scene, "aov", aov="position", passes=1, size=(192, 108)).layers
     points, albedo = seen["position"].reshape(-1, 3), np.clip(seen["albedo"].reshape(-1, 3), 0, 1)
-    axes.scatter(*points.T[[0, 2, 1]], c=albedo, s=1, depthshade=False)
+    axes.scatter(*points.T[[2, 0, 1]], c=albedo, s=1, depthshade=False)
     power = lights.flux.sum(axis=1)
     colors = lights.flux / np.maximum(lights.flux.max(axis=1, keepdims=True), 1e-30)
-    axes.scatter(*lights.positions.T[[0, 2, 1]], c=colors, s=2 + 60 * power / power.max(), edgecolors="black", linewidths=0.3)
-    axes.set_title(f"{len(lights)} lights, {power.sum() / 3:.3g} W")
+    axes.scatter(*lights.positions.T[[2, 0, 1]], c=colors, s=3 + 80 * power / power.max(), linewidths=0)
+    extent = np.ptp(np.concatenate([points, lights.positions]), axis=0)
+    axes.set_box_aspect(extent[[2, 0, 1]], zoom=1.2)
+    axes.view_init(elev=25, azim=-60)
+    axes.set_title(f"{len(lights)} lights, {power.sum() / 3:.3g} W", color="white")
+    axes.set_facecolor(BACKGROUND)
     axes.set_axis_off()
 
 
@@ -43,7 +48,7 @@ def draw_table(axes: plt.Axes, lights: ml.Lights) -> None:
     towards = ml.octahedral_directions(table.shape[0]) @ lights.normals[light]
     axes.imshow(np.clip(table / table.max(), 0, 1) ** (1 / 2.2), interpolation="nearest")
     axes.contour(towards, levels=[0.0], colors="white", linewidths=0.7)
-    axes.set_title(f"light {light}: up to {table.max():.3g} W/sr")
+    axes.set_title(f"light {light}: up to {table.max():.3g} W/sr", color="white")
     axes.set_axis_off()
 
 
@@ -51,7 +56,7 @@ def main() -> None:
     file = sys.argv[1] if len(sys.argv) > 1 else str(SCENES / "glossy-room" / "scene.xml")
     with tempfile.TemporaryDirectory() as folder:
         lights = keep(file, Path(folder) / "room.lights")[0]
-    figure = plt.figure(figsize=(12, 6), layout="constrained")
+    figure = plt.figure(figsize=(12, 6), layout="constrained", facecolor=BACKGROUND)
     draw_in_space(figure.add_subplot(1, 2, 1, projection="3d"), ml.load_file(file), lights)
     draw_table(figure.add_subplot(1, 2, 2), lights)
     figure.savefig(sys.argv[2] if len(sys.argv) > 2 else "kept_lights.png", dpi=120)

@@ -1,6 +1,6 @@
 //! `--lights-out`, `--lights-in`: virtual lights in files.
 
-use crate::args::RenderArgs;
+use crate::args::{GltfArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::light_options;
@@ -225,10 +225,15 @@ fn light_group_names(session: &Session) -> Vec<String> {
 /// What lights and the render that uses them must have in common.
 fn scene_of(session: &Session) -> Map<String, Value> {
     let limits = session.request.method(session.scene.limits).limits;
+    // Frames are of cameras.
+    let gltf = GltfArgs {
+        fps: None,
+        ..session.request.gltf.clone()
+    };
     let scene = json!({
         "scene_sha256": session.lights_digest,
         "defines": session.request.paths.defines,
-        "gltf": session.request.gltf,
+        "gltf": gltf,
         "max_depth": limits.max_depth.map_or(-1, i64::from),
         "light_group": session.request.picture.light_group_rules(),
     });

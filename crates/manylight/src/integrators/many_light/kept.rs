@@ -90,7 +90,7 @@ impl<'s> KeptLights<'s> {
     /// Makes the lights of all passes. The method has a fixed effort; `run` is the context of any
     /// pass. `None` if cancelled.
     pub(in crate::integrators) fn make(cx: &LightsContext<'s>, run: &PassContext) -> Option<Self> {
-        let groups = pass_groups(&cx.method, cx.passes).into_iter();
+        let groups = pass_groups(&cx.method, cx.passes);
         let prepared = groups.map(|group| {
             (!run.cancelled()).then(|| cx.method.prepare(cx.scene, cx.limits, &group, run))
         });
@@ -156,7 +156,7 @@ impl<'s> KeptLights<'s> {
     ) -> Result<Self, E> {
         let method = with_effort(&cx.method, &mut |name: &str| read(0, name))?;
         let cx = LightsContext { method, ..*cx };
-        let groups = pass_groups(&method, cx.passes).into_iter().enumerate();
+        let groups = pass_groups(&method, cx.passes).enumerate();
         let prepared =
             groups.map(|(k, group)| passes_of_arrays(&cx, group, &mut |name: &str| read(k, name)));
         let groups: Result<Vec<PreparedPasses>, E> = prepared.collect();
@@ -168,16 +168,11 @@ impl<'s> KeptLights<'s> {
     }
 }
 
-/// The groups of the first `passes` passes.
-fn pass_groups(method: &ManyLight, passes: u32) -> Vec<PassGroup> {
-    let mut groups: Vec<PassGroup> = Vec::new();
-    let mut start = 0;
-    while start < passes {
-        let group = method.pass_group(start);
-        start = group.passes.end;
-        groups.push(group);
-    }
-    groups
+/// The groups of the first `passes` passes, one after the other: a file may claim any number.
+fn pass_groups(method: &ManyLight, passes: u32) -> impl Iterator<Item = PassGroup> {
+    let next = |group: &PassGroup| method.pass_group(group.passes.end);
+    let groups = std::iter::successors(Some(method.pass_group(0)), move |group| Some(next(group)));
+    groups.take_while(move |group| group.passes.start < passes)
 }
 
 /// `method` with the effort that arrays state.
