@@ -23,7 +23,9 @@ pub struct RenderOption {
 /// The options of `manylight render`, in the order of its help.
 pub fn render_options() -> Vec<RenderOption> {
     let loading = GltfArgs::augment_args(Command::new("load"));
-    let loading: Vec<_> = loading.get_arguments().map(Arg::get_id).collect();
+    let loading = loading.get_arguments().map(Arg::get_id);
+    // Frames belong to walkthroughs, which scenes in memory do not have.
+    let loading: Vec<_> = loading.filter(|id| *id != "fps").collect();
     let command = RenderArgs::augment_args(Command::new("render"));
     let default = |argument: &Arg| {
         let text = argument.get_default_values().first()?.to_str()?;

@@ -19,6 +19,7 @@ _OTHERWISE = {
     "json": "see `Image.metadata`",
     "preview": "use the command `manylight render --preview`",
     "cameras": "use the command `manylight render --cameras`",
+    "fps": "use the command `manylight render --frames`",
     "frames": "use the command `manylight render --frames`",
     "lights_out": "use the command `manylight render --lights-out`",
     "skip_existing": "use the command `manylight render --frames`",
