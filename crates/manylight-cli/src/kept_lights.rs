@@ -230,12 +230,14 @@ fn scene_of(session: &Session) -> Map<String, Value> {
         fps: None,
         ..session.request.gltf.clone()
     };
+    let rules = session.request.picture.light_group.iter();
+    let light_group: Vec<String> = rules.map(ToString::to_string).collect();
     let scene = json!({
         "scene_sha256": session.lights_digest,
         "defines": session.request.paths.defines,
         "gltf": gltf,
         "max_depth": limits.max_depth.map_or(-1, i64::from),
-        "light_group": session.request.picture.light_group_rules(),
+        "light_group": light_group,
     });
     match scene {
         Value::Object(map) => map,

@@ -119,6 +119,12 @@ pub(crate) struct GroupRule {
     pub(crate) pattern: String,
 }
 
+impl fmt::Display for GroupRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.name, self.pattern)
+    }
+}
+
 /// `NAME=PATTERN`.
 pub(crate) fn group_rule(text: &str) -> Result<GroupRule, String> {
     match text.split_once('=') {

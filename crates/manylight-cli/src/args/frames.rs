@@ -36,7 +36,7 @@ pub(crate) struct FrameArgs {
     #[serde(serialize_with = "written::frames")]
     pub(crate) frames: Option<FrameRange>,
 
-    /// Leave frames whose pictures exist as they are.
+    /// Do not render frames whose pictures exist.
     #[arg(long)]
     #[serde(skip)]
     pub(crate) skip_existing: bool,

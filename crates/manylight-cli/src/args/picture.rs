@@ -83,14 +83,6 @@ impl PictureArgs {
         }
     }
 
-    /// The rules of light groups, as the options say them.
-    pub(crate) fn light_group_rules(&self) -> Vec<String> {
-        let rules = self.light_group.iter();
-        rules
-            .map(|rule| format!("{}={}", rule.name, rule.pattern))
-            .collect()
-    }
-
     /// Whether pictures have a layer for each light group.
     pub(crate) fn has_light_groups(&self) -> bool {
         self.light_groups || !self.light_group.is_empty()

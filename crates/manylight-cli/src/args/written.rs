@@ -48,9 +48,7 @@ pub(super) fn list<T: clap::ValueEnum, S: Serializer>(
 
 /// Rules of light groups, separated by commas.
 pub(super) fn group_rules<S: Serializer>(rules: &[GroupRule], to: S) -> Result<S::Ok, S::Error> {
-    let words = rules
-        .iter()
-        .map(|rule| format!("{}={}", rule.name, rule.pattern));
+    let words = rules.iter().map(ToString::to_string);
     to.serialize_str(&words.collect::<Vec<_>>().join(","))
 }
 

@@ -10,9 +10,9 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The matrices from the camera to the world in the JSON file `path`, frame by frame: a list of
-/// matrices of four rows, or of the 16 numbers of the rows, whose last row is 0 0 0 1. As in
-/// Mitsuba, a camera looks along +z, with +y up and +x to the left.
+/// The matrices from the camera to the world in the JSON file `path`, frame by frame. A matrix is a
+/// list of four rows, or of 16 numbers row by row. Its last row is 0 0 0 1. As in Mitsuba, a camera
+/// looks along +z, with +y up and +x to the left.
 ///
 /// # Errors
 /// The file cannot be read, is no such list, or has no matrix.

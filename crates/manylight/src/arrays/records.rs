@@ -2,26 +2,39 @@
 
 use super::{ArrayKind, ArrayValues, InvalidArray, NamedArray};
 use crate::color::Rgb;
+use crate::ids::LightId;
 use crate::math::Vec3;
 use std::borrow::Cow;
 use std::rc::Rc;
+
+/// Index of no light in an array.
+const NO_LIGHT: u32 = u32::MAX;
 
 /// An array that was found by its name: its shape and values.
 pub type FoundArray = (Vec<usize>, ArrayValues);
 
 /// A record that files keep.
 pub(crate) trait Record: Copy + Sync {
-    /// A record whose fields are set next.
+    /// The record before its fields are read.
     const EMPTY: Self;
 
     /// Hands all fields to `f`, which reads or sets them: always the same fields in the same order.
     fn fields(&mut self, f: &mut impl Fields);
 }
 
+/// The numbers that a field may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Domain {
+    /// Finite ones.
+    Finite,
+    /// All but NaN.
+    Extended,
+}
+
 /// What is done with the fields of a record.
 pub(crate) trait Fields {
-    /// A field of finite numbers, or of numbers that may be infinite.
-    fn numbers(&mut self, name: &'static str, values: &mut [f32], may_be_infinite: bool);
+    /// A field of numbers.
+    fn numbers(&mut self, name: &'static str, values: &mut [f32], domain: Domain);
     /// A field of counts or ids.
     fn words(&mut self, name: &'static str, values: &mut [u32]);
     /// Says that the record cannot have the value of a field.
@@ -29,7 +42,7 @@ pub(crate) trait Fields {
 
     /// Finite numbers.
     fn floats(&mut self, name: &'static str, values: &mut [f32]) {
-        self.numbers(name, values, false);
+        self.numbers(name, values, Domain::Finite);
     }
 
     /// A finite number.
@@ -39,7 +52,7 @@ pub(crate) trait Fields {
 
     /// A number that may be infinite.
     fn extended(&mut self, name: &'static str, value: &mut f32) {
-        self.numbers(name, std::slice::from_mut(value), true);
+        self.numbers(name, std::slice::from_mut(value), Domain::Extended);
     }
 
     /// A point or a direction.
@@ -64,6 +77,13 @@ pub(crate) trait Fields {
         }
     }
 
+    /// The light that represents something, if there is one.
+    fn light(&mut self, name: &'static str, value: &mut Option<LightId>) {
+        let mut word = value.map_or(NO_LIGHT, |light| light.0);
+        self.words(name, std::slice::from_mut(&mut word));
+        *value = (word != NO_LIGHT).then_some(LightId(word));
+    }
+
     /// A condition.
     fn flag(&mut self, name: &'static str, value: &mut bool) {
         let mut word = u32::from(*value);
@@ -85,7 +105,7 @@ struct Column {
 struct Columns(Vec<Column>);
 
 impl Fields for Columns {
-    fn numbers(&mut self, name: &'static str, values: &mut [f32], _: bool) {
+    fn numbers(&mut self, name: &'static str, values: &mut [f32], _: Domain) {
         self.add(name, ArrayKind::F32, values.len());
     }
 
@@ -118,7 +138,7 @@ struct Taken {
 }
 
 impl Fields for Taken {
-    fn numbers(&mut self, _: &'static str, values: &mut [f32], _: bool) {
+    fn numbers(&mut self, _: &'static str, values: &mut [f32], _: Domain) {
         if self.is_here() {
             self.floats.extend_from_slice(values);
         }
@@ -167,12 +187,13 @@ struct Given<'a> {
 }
 
 impl Fields for Given<'_> {
-    fn numbers(&mut self, name: &'static str, values: &mut [f32], may_be_infinite: bool) {
+    fn numbers(&mut self, name: &'static str, values: &mut [f32], domain: Domain) {
         if let ArrayValues::F32(all) = &self.columns[self.column] {
             values.copy_from_slice(&all[self.row * values.len()..][..values.len()]);
         }
         self.column += 1;
-        let is_wrong = |value: &&f32| value.is_nan() || !may_be_infinite && value.is_infinite();
+        let is_wrong =
+            |value: &&f32| value.is_nan() || domain == Domain::Finite && value.is_infinite();
         if let Some(value) = values.iter().find(is_wrong) {
             let message = format!("found {value} in row {}, expected finite numbers", self.row);
             self.refuse(name, message);
@@ -191,7 +212,7 @@ impl Fields for Given<'_> {
     }
 }
 
-/// `records` as arrays, whose names begin with `prefix`.
+/// One array for each field of `records`. Its name is `prefix` and the name of the field.
 pub(crate) fn arrays_of_records<'a, T: Record + 'a>(
     prefix: &str,
     records: impl Into<Cow<'a, [T]>>,

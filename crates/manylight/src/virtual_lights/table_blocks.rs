@@ -12,7 +12,7 @@
 //! The lights of a reflecting surface are black below the horizon, which half of the blocks are.
 
 use crate::color::Rgb;
-use crate::lanes::{Color, One, Width, Word};
+use crate::lanes::{Color, Float, One, Width, Word};
 
 /// Texels along an edge of a block.
 pub(super) const EDGE: usize = 4;
@@ -33,7 +33,7 @@ const UNIT: i32 = -20;
 /// The largest stored exponent.
 const MAX_EXPONENT: u32 = 31;
 /// Exponent bias of an f32.
-const BIAS: i32 = 127;
+pub(super) const BIAS: i32 = 127;
 /// Largest edge of a table in texels: blocks are counted in a byte, and one number is that of black.
 pub(super) const MAX_SIDE: usize = 60;
 
@@ -113,6 +113,12 @@ impl<'a> BlockTexels<'a> {
     }
 }
 
+/// `2^(exponent + unit)` per lane.
+#[inline(always)]
+pub(super) fn power_of_two<S: Width>(exponents: Word<S>, unit: i32) -> Float<S> {
+    ((exponents + (unit + BIAS) as u32) << 23).to_float()
+}
+
 /// The colors of levels with their headers.
 #[inline(always)]
 fn decode<S: Width>(words: Word<S>) -> Color<S> {
@@ -120,7 +126,7 @@ fn decode<S: Width>(words: Word<S>) -> Color<S> {
     let offset = (words >> OFFSET & 15).integer() * (1.0 / OFFSETS);
     let red = (words >> RED & 127).integer() * (1.0 / FRACTIONS);
     let blue = (words >> BLUE & 127).integer() * (1.0 / FRACTIONS);
-    let unit = (((words >> EXPONENT) + (UNIT + BIAS) as u32) << 23).to_float();
+    let unit = power_of_two(words >> EXPONENT, UNIT);
     let mantissa = (words >> MANTISSA & 31).integer() + MANTISSAS as f32;
     let largest = mantissa * unit;
     let sum = largest * (offset + (1.0 - offset) * level);

@@ -1,7 +1,7 @@
 //! Storage of octahedral tables: texel formats, and all tables of a set one after the other.
 
 use super::octahedral_grid::Grid;
-use super::table_blocks::{BlockTexels, MAX_SIDE, expected_bytes, pack_blocks};
+use super::table_blocks::{BIAS, BlockTexels, MAX_SIDE, expected_bytes, pack_blocks, power_of_two};
 use super::table_lookup::TexelCorners;
 use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats, read_words};
 use crate::color::Rgb;
@@ -95,8 +95,6 @@ pub(crate) struct SharedExponent(u32);
 const MANTISSAS: f32 = 512.0;
 /// Binary exponent of the unit of a mantissa for the stored exponent 0.
 const UNIT: i32 = -24;
-/// Exponent bias of an f32.
-const BIAS: i32 = 127;
 
 impl Texel for SharedExponent {
     fn new(color: Rgb) -> Self {
@@ -114,7 +112,7 @@ impl Texel for SharedExponent {
     #[inline(always)]
     fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S> {
         let words = Word::load(s, &s.each(|i| texels.as_ref()[i].0));
-        let unit = (((words >> 27) + (UNIT + BIAS) as u32) << 23).to_float();
+        let unit = power_of_two(words >> 27, UNIT);
         let (r, g, b) = (words & 511, words >> 9 & 511, words >> 18 & 511);
         Color::new(r.integer(), g.integer(), b.integer()) * unit
     }

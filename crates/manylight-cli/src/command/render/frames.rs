@@ -1,4 +1,4 @@
-//! `--frames`, `--cameras`: the frames of a walkthrough, each to image files of its own.
+//! `--frames`, `--cameras`: renders the frames of a walkthrough and writes their image files.
 
 use super::Run;
 use crate::args::FrameArgs;
@@ -20,7 +20,7 @@ use manylight_lab::text::plural;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Digits of a frame in the name of a picture whose place for them is not given.
+/// Digits of the frame number in a file name without `#`.
 const DIGITS: usize = 4;
 
 impl Run<'_> {

@@ -2,7 +2,7 @@
 //!
 //! Source: "glTF 2.0 Specification", Khronos Group, sections 3.11 and appendix C.
 
-use super::accessors::{Accessors, Allowed, Component, FLOAT};
+use super::accessors::{Accessors, Allowed, FLOAT, QUANTIZED};
 use super::json::Json;
 use super::nodes::{Hierarchy, local_transform};
 use glam::{DMat4, DQuat, DVec3, DVec4};
@@ -11,14 +11,8 @@ use std::collections::HashMap;
 
 /// Components of rotations.
 const ROTATION: Allowed = Allowed {
-    components: &[
-        Component::F32,
-        Component::I8,
-        Component::U8,
-        Component::I16,
-        Component::U16,
-    ],
     normalized: true,
+    ..QUANTIZED
 };
 /// Most transforms of nodes, over all frames of all cameras: a bound of the work that a file from a
 /// stranger can ask for. A camera below ten nodes may have a million frames.

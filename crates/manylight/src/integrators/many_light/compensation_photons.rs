@@ -21,7 +21,7 @@ use crate::arrays::{Fields, Record};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
-use crate::ids::{LightId, MaterialId};
+use crate::ids::MaterialId;
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::{UVec2, Vec3};
@@ -46,9 +46,6 @@ const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
 /// 0.015625 and 0.0625 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at
 /// most 0.5 % (RMS).
 const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
-
-/// Index of no light in an array.
-const NO_LIGHT: u32 = u32::MAX;
 
 /// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ`
 /// of the lobes at `y` up to which directions account for the light of emitters. `f_cos` is `f
@@ -108,14 +105,14 @@ impl Record for CompensationPhoton {
         f.word("from_material", &mut from.material.0);
         f.rgb("f_cos", f_cos);
         let (mut light, mut area) = match self.assignment {
-            Assignment::Light(light) => (light.0, 0.0),
-            Assignment::Unassigned { area } => (NO_LIGHT, area),
+            Assignment::Light(light) => (Some(light), 0.0),
+            Assignment::Unassigned { area } => (None, area),
         };
-        f.word("light", &mut light);
+        f.light("light", &mut light);
         f.extended("area", &mut area);
         self.assignment = match light {
-            NO_LIGHT => Assignment::Unassigned { area },
-            light => Assignment::Light(LightId(light)),
+            None => Assignment::Unassigned { area },
+            Some(light) => Assignment::Light(light),
         };
     }
 }

@@ -44,7 +44,6 @@ const MOST_SAMPLES: u32 = 1 << 10;
 #[derive(Debug)]
 pub struct KeptLights<'s> {
     method: ManyLight,
-    light_groups: usize,
     groups: Vec<PreparedPasses<'s>>,
 }
 
@@ -96,7 +95,6 @@ impl<'s> KeptLights<'s> {
         });
         Some(KeptLights {
             method: cx.method,
-            light_groups: cx.light_groups,
             groups: prepared.collect::<Option<_>>()?,
         })
     }
@@ -104,11 +102,6 @@ impl<'s> KeptLights<'s> {
     /// The method with its effort as it was found when the lights were made.
     pub fn method(&self) -> &ManyLight {
         &self.method
-    }
-
-    /// Number of light groups; 0 if they are not told apart.
-    pub fn light_groups(&self) -> usize {
-        self.light_groups
     }
 
     /// Number of passes that have lights.
@@ -162,7 +155,6 @@ impl<'s> KeptLights<'s> {
         let groups: Result<Vec<PreparedPasses>, E> = prepared.collect();
         Ok(KeptLights {
             method,
-            light_groups: cx.light_groups,
             groups: groups?,
         })
     }

@@ -84,8 +84,6 @@ const POINTS: &str = "cache.points.";
 const GROUPS: &str = "cache.groups.";
 /// Begin of the names of the arrays of photons.
 const PHOTONS: &str = "cache.photons.";
-/// Index of no light in an array.
-const NO_LIGHT: u32 = u32::MAX;
 
 /// A photon of the cache.
 #[derive(Clone, Copy, Debug)]
@@ -228,9 +226,7 @@ impl CachedLight {
     /// As fields of a record.
     fn fields(&mut self, f: &mut impl Fields) {
         f.rgb("irradiance", &mut self.irradiance);
-        let mut light = self.light.map_or(NO_LIGHT, |light| light.0);
-        f.word("light", &mut light);
-        self.light = (light != NO_LIGHT).then_some(LightId(light));
+        f.light("light", &mut self.light);
         f.floats("within_limits", &mut self.within_limits);
     }
 }
