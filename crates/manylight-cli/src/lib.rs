@@ -13,7 +13,7 @@
 //! ```text
 //! 10 command embed
 //!  9 prepared
-//!  8 part pre_pass interim kept_lights
+//!  8 part pre_pass interim kept_lights target_error
 //!  7 session memory
 //!  6 report
 //!  5 relight repeat study_interface
@@ -21,7 +21,7 @@
 //!  3 args method
 //!  2 preset version
 //!  1 light_options output interrupt
-//!  0 failure names values
+//!  0 failure names values stated_error
 //! ```
 
 mod args;
@@ -49,7 +49,9 @@ mod repeat;
 mod report;
 mod request;
 mod session;
+mod stated_error;
 mod study_interface;
+mod target_error;
 mod usage;
 mod values;
 mod version;

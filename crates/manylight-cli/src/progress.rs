@@ -6,7 +6,7 @@
 use crate::args::{DisplayArgs, ProgressKind};
 use crate::output::{Console, human_time, print_message};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use manylight::film::Film;
+use manylight::film::{ErrorBars, Film};
 use manylight::render::{Budget, Observer, Stats};
 use serde_json::json;
 use std::io::{self, IsTerminal};
@@ -23,6 +23,9 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 /// Shortest time between two error estimates, which read all pixels.
 const ESTIMATE_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Shortest time between two error estimates, in units of the time that one takes: 2 % of a render.
+const ESTIMATE_REST: u32 = 50;
 
 /// Number of steps of the bar.
 const BAR_STEPS: u64 = 10_000;
@@ -79,7 +82,7 @@ pub(crate) fn show<T: Send>(
         let mut estimate = ErrorEstimate {
             goal,
             error: &error,
-            last: None,
+            next: None,
         };
         let result = work(&mut estimate);
         drop(done);
@@ -91,18 +94,19 @@ pub(crate) fn show<T: Send>(
 struct ErrorEstimate<'a> {
     goal: ProgressGoal,
     error: &'a AtomicU32,
-    last: Option<Instant>,
+    /// When the next estimate is due; `None`: at once.
+    next: Option<Instant>,
 }
 
 impl Observer for ErrorEstimate<'_> {
     fn pass_done(&mut self, film: &Film, _stats: &Stats, _elapsed: Duration) -> ControlFlow<()> {
-        let due = self
-            .last
-            .is_none_or(|last| last.elapsed() >= ESTIMATE_INTERVAL);
+        let start = Instant::now();
+        let due = self.next.is_none_or(|next| start >= next);
         if self.goal.kind != ProgressKind::None && due {
-            self.last = Some(Instant::now());
-            self.error
-                .store(film.relative_error().to_bits(), Ordering::Relaxed);
+            let error = ErrorBars::of_film(film).map_or(f32::INFINITY, |bars| bars.stated.pixels);
+            self.error.store(error.to_bits(), Ordering::Relaxed);
+            let rest = ESTIMATE_INTERVAL.max(ESTIMATE_REST * start.elapsed());
+            self.next = Some(Instant::now() + rest);
         }
         ControlFlow::Continue(())
     }

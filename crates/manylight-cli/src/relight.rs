@@ -18,7 +18,7 @@ use crate::values::GroupWeight;
 use manylight::film::Layer;
 use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, is_combined, light_group};
 use manylight_io::shown_path;
-use manylight_lab::noise::NOISY;
+use manylight_lab::noise::{BLOCK_ERROR, ERROR, NOISY};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -268,7 +268,15 @@ fn layer(name: &str, planes: Vec<Vec<f32>>) -> ImageLayer {
 /// and its groups.
 fn is_kept(name: &str) -> bool {
     let (last, _) = last_part(name);
-    let depends = ["", "Combined", NOISY, "variance", "block_variance"];
+    let depends = [
+        "",
+        "Combined",
+        NOISY,
+        "variance",
+        "block_variance",
+        ERROR,
+        BLOCK_ERROR,
+    ];
     let is_term = |layer: &Layer| {
         let depends = layer.is_term() || matches!(layer, Layer::CutSize | Layer::CutBound);
         depends && layer.name() == last

@@ -1,8 +1,10 @@
 //! The report of a render, as a JSON object and as metadata of its images.
 
 use crate::args::DisplayArgs;
-use crate::output::{human_time, print_message};
+use crate::output::{human_time, print_message, print_warnings};
 use crate::repeat::{Settings, command_line};
+use crate::stated_error;
+use manylight::film::StatedError;
 use manylight::render::Stats;
 use manylight_lab::text::date;
 use serde_json::{Map, Value, json};
@@ -20,6 +22,8 @@ pub(crate) struct RenderReport<'r> {
     pub(crate) stats: &'r Stats,
     /// Number of complete passes.
     pub(crate) passes: u32,
+    /// The error that the picture states, if it is known.
+    pub(crate) error: Option<StatedError>,
     /// Warnings without repetitions.
     pub(crate) warnings: Vec<String>,
     /// SHA-256 of the files of the scene.
@@ -49,6 +53,7 @@ impl RenderReport<'_> {
             "settings": self.settings.to_json(),
             "stages": stages,
             "counts": self.counts(),
+            "error": self.error.as_ref().map(stated_error::to_json),
             "rates": self.rates(),
             "memory": { "peak_bytes": peak_bytes(), "bytes_per_light": self.bytes_per_light() },
             "clamped_share": ratio(Stats::get(&self.stats.clamped), Stats::get(&self.stats.unclamped)),
@@ -128,6 +133,11 @@ impl RenderReport<'_> {
             ("warnings".into(), self.warnings.len().to_string()),
         ];
         entries.extend(self.settings.metadata());
+        if let Some(error) = &self.error {
+            entries.push(("error".into(), error.pixels.to_string()));
+            entries.push(("error.at_most".into(), error.at_most.to_string()));
+            entries.push(("error.blocks".into(), error.blocks.to_string()));
+        }
         let total: Duration = self.stats.stages().iter().map(|(_, time)| *time).sum();
         entries.push(("seconds".into(), format!("{:.3}", total.as_secs_f64())));
         for (name, time) in self.stats.stages() {
@@ -137,6 +147,15 @@ impl RenderReport<'_> {
             ));
         }
         entries
+    }
+
+    /// Prints the stated error in a sentence, and what makes it uncertain.
+    pub(crate) fn print_error(&self) {
+        let Some(error) = &self.error else {
+            return;
+        };
+        print_message(stated_error::sentence(error, self.passes));
+        print_warnings(stated_error::doubt(error).as_slice());
     }
 
     /// Prints one line with the total time and the times of the longest stages; of all stages with

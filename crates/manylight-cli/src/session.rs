@@ -9,15 +9,14 @@ use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
 use manylight::film::{Film, Layer};
-use manylight::image::Image;
 use manylight::integrators::{Choice, GuidedEmission, Method};
 use manylight::math::Affine3A;
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{LightGroupNames, Scene, SceneDesc, SceneError};
 use manylight::sensors::SensorDesc;
 use manylight_denoise::{
-    FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
-    render_features,
+    DenoisedImage, FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version,
+    denoise_film, render_features,
 };
 use manylight_io::part::LightsFile;
 use manylight_io::{
@@ -274,6 +273,7 @@ impl Session {
             settings: self.settings(job),
             stats: &self.stats,
             passes,
+            error: None,
             warnings: self.all_warnings(),
             scene_digest: &self.digest,
         }
@@ -371,8 +371,8 @@ impl Session {
             })
         });
         match result {
-            Ok(image) => Denoised {
-                image: Some(image),
+            Ok(picture) => Denoised {
+                picture: Some(picture),
                 failure: None,
                 interrupted: false,
             },
@@ -392,7 +392,7 @@ impl Session {
 #[derive(Default)]
 pub(crate) struct Denoised {
     /// The image.
-    pub(crate) image: Option<Image>,
+    pub(crate) picture: Option<DenoisedImage>,
     /// The failure of the library, to be reported when the image is written.
     pub(crate) failure: Option<Failure>,
     /// Whether a second signal ended the denoising.

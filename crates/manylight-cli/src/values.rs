@@ -171,6 +171,16 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A relative error: `0.02` or `2%`.
+pub(crate) fn relative_error(text: &str) -> Result<f32, String> {
+    let percent = text
+        .strip_suffix('%')
+        .map(|number| positive(number.trim_end()));
+    percent
+        .map_or_else(|| positive(text), |value| Ok(value? / 100.0))
+        .map_err(|_| "expected a positive number such as 0.02, or 2%".into())
+}
+
 /// A finite number.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
@@ -345,6 +355,16 @@ pub(crate) fn bytes(word: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn relative_errors_are_numbers_or_percent() {
+        for text in ["0.02", "2%", "2 %"] {
+            assert_eq!(relative_error(text), Ok(0.02), "{text}");
+        }
+        for text in ["", "%", "-1%", "0", "nan%", "2%%"] {
+            assert!(relative_error(text).unwrap_err().contains("2%"), "{text}");
+        }
+    }
 
     #[test]
     fn wrong_numbers_are_told_the_right_ones() {

@@ -26,8 +26,8 @@ pub(crate) fn blend(filtered: &Image, noisy: &Image, variance: &Image) -> Image 
     for (d, x) in difference.data.iter_mut().zip(&noisy.data) {
         *d = (*d - x) * (*d - x);
     }
-    let difference = smooth(&difference);
-    let variance = smooth(variance);
+    let difference = difference.smoothed(STDDEV);
+    let variance = variance.smoothed(STDDEV);
     let mut result = filtered.clone();
     for (i, y) in result.data.iter_mut().enumerate() {
         let v = variance.data[i];
@@ -41,51 +41,6 @@ pub(crate) fn blend(filtered: &Image, noisy: &Image, variance: &Image) -> Image 
     result
 }
 
-/// Gaussian mean, normalized at the borders.
-fn smooth(image: &Image) -> Image {
-    let radius = (3.0 * STDDEV).ceil() as usize;
-    let weights: Vec<f32> = (0..=radius)
-        .map(|i| (-0.5 * (i as f32 / STDDEV).powi(2)).exp())
-        .collect();
-    let row = image.width * image.channels;
-    let mut result = image.clone();
-    for values in result.data.chunks_exact_mut(row.max(1)) {
-        let means = weighted_means(values, image.channels, &weights);
-        values.copy_from_slice(&means);
-    }
-    result.data = weighted_means(&result.data, row, &weights);
-    result
-}
-
-/// Means over neighbors in a sequence of elements of `size` values, with `weights` by distance.
-fn weighted_means(values: &[f32], size: usize, weights: &[f32]) -> Vec<f32> {
-    let mut sums: Vec<f32> = values.iter().map(|v| weights[0] * v).collect();
-    let mut totals = vec![weights[0]; values.len() / size.max(1)];
-    let add = |sums: &mut [f32], values: &[f32], weight: f32| {
-        for (sum, value) in sums.iter_mut().zip(values) {
-            *sum += weight * value;
-        }
-    };
-    for (distance, &weight) in weights.iter().enumerate().skip(1) {
-        let count = totals.len().saturating_sub(distance);
-        let (inner, offset) = (count * size, distance * size);
-        if count > 0 {
-            add(&mut sums[..inner], &values[offset..], weight);
-            add(&mut sums[offset..], &values[..inner], weight);
-            totals[..count]
-                .iter_mut()
-                .for_each(|total| *total += weight);
-            totals[distance..]
-                .iter_mut()
-                .for_each(|total| *total += weight);
-        }
-    }
-    for (sums, total) in sums.chunks_exact_mut(size.max(1)).zip(&totals) {
-        sums.iter_mut().for_each(|sum| *sum /= total);
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,21 +50,6 @@ mod tests {
             data: vec![value; 20 * 11 * 3],
             ..Image::new(20, 11, 3)
         }
-    }
-
-    #[test]
-    fn smoothing_keeps_constants() {
-        let image = smooth(&constant(0.7));
-        assert!(image.data.iter().all(|v| (v - 0.7).abs() < 1e-5));
-    }
-
-    #[test]
-    fn smoothing_keeps_the_sum_within_the_image() {
-        let mut image = Image::new(41, 39, 3);
-        image.data[(19 * 41 + 20) * 3 + 1] = 5.0;
-        let smooth = smooth(&image);
-        let sum = |c: usize| smooth.data.iter().skip(c).step_by(3).sum::<f32>();
-        assert!((sum(1) - 5.0).abs() < 1e-3 && sum(0) == 0.0, "{}", sum(1));
     }
 
     #[test]

@@ -28,5 +28,5 @@ mod tests;
 
 pub use features::{FEATURE_PASSES, FeatureImages, render_features};
 pub use oidn::{Features, FilterError, Oidn, Unavailable, Version};
-pub use reconstruct::{denoise_film, denoise_picture};
+pub use reconstruct::{DenoisedImage, denoise_film, denoise_picture};
 pub use search::{LIBRARY_NAME, SearchPlaces};

@@ -196,6 +196,10 @@ impl Oidn {
     }
 }
 
+// SAFETY: the functions of the library may be called by several threads at once; it serializes those
+// of one device. The fields do not change after `Oidn::open`.
+unsafe impl Sync for Oidn {}
+
 impl Drop for Oidn {
     fn drop(&mut self) {
         // SAFETY: `device` was made by this library, is released once, and every filter has been

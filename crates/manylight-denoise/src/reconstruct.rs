@@ -4,8 +4,8 @@ use crate::blend::blend;
 use crate::features::FeatureImages;
 use crate::oidn::{Features, FilterError, Oidn};
 use crate::outliers::spreads;
-use crate::symmetries::filter_by_symmetries;
-use manylight::film::{Film, Layer};
+use crate::symmetries::{filter_by_symmetries, filter_once, is_small};
+use manylight::film::{ErrorBars, Film, Half, Layer};
 use manylight::image::Image;
 use manylight::integrators::choice::FilterInput;
 use std::sync::atomic::AtomicBool;
@@ -14,10 +14,23 @@ use std::sync::atomic::AtomicBool;
 /// images: a single pixel of 0.5 becomes 0.09, and the mean of 2x2 pixels 0.37; that of 8x8 stays.
 const LEAST_SIZE: u32 = 8;
 
+/// A denoised image of a film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenoisedImage {
+    /// The image.
+    pub image: Image,
+    /// Its error bars; `None` if they are not known, after few passes.
+    pub bars: Option<ErrorBars>,
+}
+
 /// The denoised image of `film`: the sum of its terms, each of which is filtered and blended with
 /// its noisy image by the estimated errors of both. If variances are not known, after a single
 /// pass, or if the film has no terms, the beauty is filtered as a whole. Emission stays as it is if
 /// the filter spreads its lamps. A film below 8 pixels in width or height is not filtered.
+///
+/// The error bars follow from both halves of the passes. Each is denoised in the same way, but without
+/// the average over reflections, and large ones as a whole: the bars take half of the time of the
+/// picture.
 ///
 /// # Errors
 /// `cancel` becomes true, or the library reports an error.
@@ -26,28 +39,24 @@ pub fn denoise_film(
     film: &Film,
     features: Option<&FeatureImages>,
     cancel: &AtomicBool,
-) -> Result<Image, FilterError> {
+) -> Result<DenoisedImage, FilterError> {
     if film.image_size().min_element() < LEAST_SIZE {
-        return Ok(film.image(Layer::Beauty).unwrap_or_default());
+        return Ok(DenoisedImage {
+            image: film.image(Layer::Beauty).unwrap_or_default(),
+            bars: ErrorBars::of_film(film),
+        });
     }
-    let terms: Vec<Layer> = (film.layers().iter().copied())
-        .filter(|layer| layer.is_term())
-        .collect();
-    if terms.is_empty() || film.passes() < 2 {
-        return denoise_layer(oidn, film, Layer::Beauty, features, cancel);
+    let denoise = |half| Noisy { film, half }.denoise(oidn, features, cancel);
+    let image = denoise(None)?;
+    let counts = film.half_counts();
+    if Half::BOTH.iter().any(|&half| counts.of(half) < 2) {
+        return Ok(DenoisedImage { image, bars: None });
     }
-    let mut sum = Image::new(
-        film.image_size().x as usize,
-        film.image_size().y as usize,
-        3,
-    );
-    for layer in terms {
-        let term = denoise_layer(oidn, film, layer, features, cancel)?;
-        for (sum, value) in sum.data.iter_mut().zip(&term.data) {
-            *sum += value;
-        }
-    }
-    Ok(sum)
+    let halves = [denoise(Some(Half::First))?, denoise(Some(Half::Second))?];
+    Ok(DenoisedImage {
+        bars: ErrorBars::of_filtered(film, &image, halves.each_ref()),
+        image,
+    })
 }
 
 /// A picture of the pre-pass of a choice between methods, filtered as a whole and once: margins and
@@ -71,28 +80,88 @@ pub fn denoise_picture(
     oidn.filter(radiance, Some(Features { albedo, normal }), cancel)
 }
 
-/// One layer of `film`, filtered and blended.
-fn denoise_layer(
-    oidn: &Oidn,
-    film: &Film,
-    layer: Layer,
-    features: Option<&FeatureImages>,
-    cancel: &AtomicBool,
-) -> Result<Image, FilterError> {
-    let noisy = film.image(layer).unwrap_or_default();
-    if noisy.data.iter().all(|&v| v == 0.0) {
-        return Ok(noisy);
+/// Means over passes of a film, to be denoised.
+#[derive(Clone, Copy)]
+struct Noisy<'f> {
+    film: &'f Film,
+    /// The half of the passes; `None`: all.
+    half: Option<Half>,
+}
+
+impl Noisy<'_> {
+    fn denoise(
+        self,
+        oidn: &Oidn,
+        features: Option<&FeatureImages>,
+        cancel: &AtomicBool,
+    ) -> Result<Image, FilterError> {
+        let size = self.film.image_size().as_usizevec2();
+        let is_rough = self.half.is_some() && !is_small(size.x * size.y);
+        let terms: Vec<Layer> = (self.film.layers().iter().copied())
+            .filter(|layer| layer.is_term())
+            .collect();
+        if terms.is_empty() || self.passes() < 2 || is_rough {
+            return self.denoise_layer(oidn, Layer::Beauty, features, cancel);
+        }
+        let mut sum = Image::new(size.x, size.y, 3);
+        for layer in terms {
+            let term = self.denoise_layer(oidn, layer, features, cancel)?;
+            for (sum, value) in sum.data.iter_mut().zip(&term.data) {
+                *sum += value;
+            }
+        }
+        Ok(sum)
     }
-    let features = features.map(FeatureImages::features);
-    let filtered = filter_by_symmetries(oidn, &noisy, features, cancel)?;
-    let variance = film.layer_variance(layer).unwrap_or_default();
-    let blended = blend(&filtered, &noisy, &variance);
-    // Bright pixels of other terms may be noise, which must be filtered.
-    if layer == Layer::Emission {
-        let picture = film.image(Layer::Beauty).unwrap_or_default();
-        if spreads([&blended, &noisy], &variance, &picture, film.passes()) {
+
+    /// One layer, filtered and blended.
+    fn denoise_layer(
+        self,
+        oidn: &Oidn,
+        layer: Layer,
+        features: Option<&FeatureImages>,
+        cancel: &AtomicBool,
+    ) -> Result<Image, FilterError> {
+        let noisy = self.image(layer);
+        if noisy.data.iter().all(|&v| v == 0.0) {
             return Ok(noisy);
         }
+        let features = features.map(FeatureImages::features);
+        let filtered = match self.half {
+            None => filter_by_symmetries(oidn, &noisy, features, cancel)?,
+            Some(_) => filter_once(oidn, &noisy, features, cancel)?,
+        };
+        let variance = self.variance(layer);
+        let blended = blend(&filtered, &noisy, &variance);
+        // Bright pixels of other terms may be noise, which must be filtered.
+        if layer == Layer::Emission {
+            let picture = self.image(Layer::Beauty);
+            if spreads([&blended, &noisy], &variance, &picture, self.passes()) {
+                return Ok(noisy);
+            }
+        }
+        Ok(blended)
     }
-    Ok(blended)
+
+    fn passes(self) -> u32 {
+        match self.half {
+            None => self.film.passes(),
+            Some(half) => self.film.half_counts().of(half),
+        }
+    }
+
+    fn image(self, layer: Layer) -> Image {
+        let image = match self.half {
+            None => self.film.image(layer),
+            Some(half) => self.film.half_image(layer, half),
+        };
+        image.unwrap_or_default()
+    }
+
+    /// Variance of the mean: that over all passes is shared out by the numbers of passes.
+    fn variance(self, layer: Layer) -> Image {
+        let mut variance = self.film.layer_variance(layer).unwrap_or_default();
+        let factor = self.film.passes() as f32 / self.passes().max(1) as f32;
+        variance.data.iter_mut().for_each(|v| *v *= factor);
+        variance
+    }
 }

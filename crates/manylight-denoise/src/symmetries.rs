@@ -47,8 +47,39 @@ pub(crate) fn filter_by_symmetries(
     features: Option<Features>,
     cancel: &AtomicBool,
 ) -> Result<Image, FilterError> {
-    let averaged = radiance.width * radiance.height <= MAX_AVERAGED_PIXELS;
-    let reflections = &REFLECTIONS[..if averaged { REFLECTIONS.len() } else { 1 }];
+    let reflections = match is_small(radiance.width * radiance.height) {
+        true => &REFLECTIONS[..],
+        false => &REFLECTIONS[..1],
+    };
+    filter_reflections(oidn, radiance, features, reflections, cancel)
+}
+
+/// Whether images of this number of pixels are averaged over reflections.
+pub(crate) fn is_small(pixels: usize) -> bool {
+    pixels <= MAX_AVERAGED_PIXELS
+}
+
+/// [`filter_by_symmetries`] without reflections, in a fourth of its time.
+///
+/// # Errors
+/// As [`Oidn::filter`].
+pub(crate) fn filter_once(
+    oidn: &Oidn,
+    radiance: &Image,
+    features: Option<Features>,
+    cancel: &AtomicBool,
+) -> Result<Image, FilterError> {
+    filter_reflections(oidn, radiance, features, &REFLECTIONS[..1], cancel)
+}
+
+/// The mean over `reflections` of the filtered `radiance`.
+fn filter_reflections(
+    oidn: &Oidn,
+    radiance: &Image,
+    features: Option<Features>,
+    reflections: &[Reflection],
+    cancel: &AtomicBool,
+) -> Result<Image, FilterError> {
     let mut mean = Image::new(radiance.width, radiance.height, radiance.channels);
     for &reflection in reflections {
         let images = features.map(|Features { albedo, normal }| {

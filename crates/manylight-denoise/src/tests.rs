@@ -5,7 +5,7 @@ use crate::{
     FeatureImages, FilterError, LIBRARY_NAME, Oidn, SearchPlaces, denoise_film, render_features,
 };
 use manylight::film::blocks::DEFAULT_BLOCK;
-use manylight::film::{Film, Layer};
+use manylight::film::{ErrorBars, Film, Layer};
 use manylight::image::Image;
 use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::render::{Budget, RenderJob, render_film};
@@ -108,8 +108,9 @@ fn tiny_films_stay_as_they_are() {
     let Some(oidn) = installed() else { return };
     let scene = glossy_box(4).build();
     let film = render_film(&scene, MethodKind::Path, Budget::passes(1), 1);
-    let denoised = denoise_film(&oidn, &film, None, &NEVER);
-    assert_eq!(denoised, Ok(film.image(Layer::Beauty).unwrap()));
+    let denoised = denoise_film(&oidn, &film, None, &NEVER).unwrap();
+    assert_eq!(denoised.image, film.image(Layer::Beauty).unwrap());
+    assert_eq!(denoised.bars, ErrorBars::of_film(&film));
 }
 
 #[test]
@@ -123,6 +124,18 @@ fn any_number_of_threads_gives_the_same_bits() {
         one.filter(&image, None, &NEVER),
         two.filter(&image, None, &NEVER)
     );
+}
+
+#[test]
+fn threads_share_a_device() {
+    let Some(oidn) = installed() else { return };
+    let images = [noisy(100, 70, 0.3), noisy(64, 90, 0.1)];
+    let filter = |image: &Image| oidn.filter(image, None, &NEVER);
+    let alone = images.each_ref().map(filter);
+    std::thread::scope(|scope| {
+        let threads = images.each_ref().map(|image| scope.spawn(|| filter(image)));
+        assert_eq!(threads.map(|thread| thread.join().unwrap()), alone);
+    });
 }
 
 #[test]
@@ -172,7 +185,7 @@ fn a_film_is_denoised_with_its_features() {
     let denoised = denoise_film(&oidn, &film, features.as_ref(), &NEVER).unwrap();
     let reference = reference.image(Layer::Beauty).unwrap();
     let noisy = film.image(Layer::Beauty).unwrap();
-    assert!(error(&denoised, &reference) < 0.5 * error(&noisy, &reference));
+    assert!(error(&denoised.image, &reference) < 0.5 * error(&noisy, &reference));
 }
 
 #[test]

@@ -21,6 +21,13 @@ pub struct MeanNoise {
 /// file belong to it.
 pub const NOISY: &str = "noisy";
 
+/// The layer with the error bars of the pixels: half-widths of intervals at 95 % around the image,
+/// which is denoised where there is a layer [`NOISY`].
+pub const ERROR: &str = "error";
+
+/// The layer with the error bars of the means over 8x8 blocks; all pixels of a block hold its value.
+pub const BLOCK_ERROR: &str = "block_error";
+
 const BATCHES: &str = "batches";
 const BEAUTY: &str = "variance_of_mean";
 const WITHOUT_EMISSION: &str = "variance_of_mean.without_emission";

@@ -45,7 +45,9 @@ If both files contain the variance of the pixel means (variance.R/G/B):
   z        (x - r) / sqrt(var x + var r) of the means of 8x8 blocks, per channel, with a rounding error of 1e-6 r
 Pixels that share virtual lights have correlated errors. Images of this program therefore contain the variances of block means
 (block_variance.R/G/B) and of the mean of the image (variance_of_mean), estimated from independent batches of passes. Standard errors and z
-use them if they are present; z is converted from Student's distribution to a normal variable of the same tail probability.";
+use them if they are present; z is converted from Student's distribution to a normal variable of the same tail probability.
+If the image contains error bars (error.R/G/B, block_error.R/G/B), half-widths of intervals at 95 %:
+  within error bars   pixels and 8x8 blocks with |x - r| <= sqrt(bar^2 + 1.96^2 var r); 95 % are expected";
 
 /// Options of `study`.
 #[derive(Debug, Args)]

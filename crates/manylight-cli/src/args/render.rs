@@ -161,8 +161,9 @@ pub(crate) struct BudgetArgs {
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub(crate) time: Option<Duration>,
 
-    /// Stop when the estimated relative error of the image is below this value.
-    #[arg(long, value_name = "X", value_parser = values::positive)]
+    /// Stop when the relative error of the picture that is written, denoised with --denoise, is at
+    /// most this value with 95 % confidence: 0.02 or 2%.
+    #[arg(long, value_name = "X", value_parser = values::relative_error)]
     pub(crate) target_error: Option<f32>,
 }
 

@@ -7,7 +7,8 @@ use crate::output::{print_data, print_message};
 use crate::part::merge_parts;
 use crate::picture::PictureSource;
 use crate::request::check_formats;
-use manylight::film::Film;
+use crate::stated_error::{error_bars, sentence, to_json};
+use manylight::film::{Film, StatedError};
 use manylight_io::{check_replaceable, is_same_file, shown_path};
 use serde_json::json;
 
@@ -33,17 +34,19 @@ pub(crate) fn run(args: &MergeArgs) -> Result<u8, Failure> {
     }
     let interrupt = Interrupt::install()?;
     let (film, facts) = merge_parts(&args.parts)?;
+    let bars = error_bars(&film, None);
     let source = PictureSource {
         film: &film,
         denoised: None,
+        bars: bars.as_deref(),
         facts: &facts,
     };
     source.write(&args.outputs, &args.picture, &interrupt)?;
-    report(args, &film)?;
+    report(args, &film, bars.map(|bars| bars.stated))?;
     Ok(interrupt.exit_code().unwrap_or(DONE))
 }
 
-fn report(args: &MergeArgs, film: &Film) -> Result<(), Failure> {
+fn report(args: &MergeArgs, film: &Film, error: Option<StatedError>) -> Result<(), Failure> {
     let outputs: Vec<String> = args
         .outputs
         .iter()
@@ -55,6 +58,9 @@ fn report(args: &MergeArgs, film: &Film) -> Result<(), Failure> {
             film.passes(),
             args.parts.len()
         ));
+        if let Some(error) = &error {
+            print_message(sentence(error, film.passes()));
+        }
         args.outputs
             .iter()
             .for_each(|path| print_message(format_args!("wrote {}", shown_path(path))));
@@ -67,6 +73,7 @@ fn report(args: &MergeArgs, film: &Film) -> Result<(), Failure> {
         "version": env!("CARGO_PKG_VERSION"),
         "parts": args.parts.len(),
         "passes": film.passes(),
+        "error": error.as_ref().map(to_json),
         "outputs": outputs,
     }))
 }

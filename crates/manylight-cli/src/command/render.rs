@@ -16,6 +16,8 @@ use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, thread_pool};
+use crate::stated_error::error_bars;
+use crate::target_error::StatingError;
 use manylight::render::Stats;
 use manylight_denoise::Oidn;
 use manylight_io::part::{LightsFile, check_part_writable};
@@ -139,23 +141,34 @@ impl Run<'_> {
         let goal = ProgressGoal::new(job.budget, display);
         let (outcome, checkpoint) =
             progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
-                let observer = &mut preview.beside(observer);
+                let observer = &mut StatingError {
+                    session,
+                    oidn,
+                    features: features.as_ref(),
+                    interrupt,
+                    observer: &mut preview.beside(observer),
+                };
                 resumed.render(session, &job, &identity, interrupt, &self.console, observer)
             });
         let denoised = session.denoise(oidn, &outcome.film, features.as_ref(), interrupt);
         if denoised.interrupted {
             print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
         }
-        pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), stats));
+        pool.install(|| preview.finish(&outcome, denoised.picture.as_ref(), stats));
         self.warn_of_samples();
 
         let film = &outcome.film;
-        let report = session.report(&job, film.passes());
+        let bars = error_bars(film, denoised.picture.as_ref());
+        let report = RenderReport {
+            error: bars.as_ref().map(|bars| bars.stated),
+            ..session.report(&job, film.passes())
+        };
         let (scene, metadata) = (&session.scene, report.metadata());
         let facts = PictureFacts::new(scene, &scene.sensor, film.id_layers(), metadata);
         let source = PictureSource {
             film,
-            denoised: denoised.image.as_ref(),
+            denoised: denoised.picture.as_ref(),
+            bars: bars.as_deref(),
             facts: &facts,
         };
         session.stats.time("write", || {
@@ -216,6 +229,7 @@ fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
             }
         }
         report.print_times(display);
+        report.print_error();
         for path in outputs {
             print_message(format_args!("wrote {}", shown_path(path)));
         }

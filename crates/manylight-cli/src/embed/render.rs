@@ -9,9 +9,11 @@ use crate::picture::{PictureFacts, PictureSource};
 use crate::pre_pass::choose;
 use crate::prepared::Prepared;
 use crate::session::{Session, open_denoiser};
+use crate::stated_error::error_bars;
+use crate::target_error::StatingError;
 use manylight::film::Film;
-use manylight::image::Image;
 use manylight::render::{Observer, RenderJob, Stop};
+use manylight_denoise::DenoisedImage;
 use manylight_io::image::{DisplayTransform, LayeredImage, View};
 
 /// A picture with what is known of its render.
@@ -21,22 +23,24 @@ pub struct Picture {
     pub image: LayeredImage,
     /// Number of passes.
     pub passes: u32,
-    /// Estimate of the relative error, as `--target-error` takes it; infinite if it is unknown.
+    /// Upper bound of the relative error, as `--target-error` takes it; infinite if it is unknown.
     pub relative_error: f32,
 }
 
 impl Picture {
     /// The picture of `film`, denoised if there is a denoised image.
-    pub(super) fn new(film: &Film, denoised: Option<&Image>, facts: &PictureFacts) -> Self {
+    pub(super) fn new(film: &Film, denoised: Option<&DenoisedImage>, facts: &PictureFacts) -> Self {
+        let bars = error_bars(film, denoised);
         let source = PictureSource {
             film,
             denoised,
+            bars: bars.as_deref(),
             facts,
         };
         Picture {
             image: source.picture(AovNames::Manylight),
             passes: film.passes(),
-            relative_error: film.relative_error(),
+            relative_error: bars.map_or(f32::INFINITY, |bars| bars.stated.at_most),
         }
     }
 }
@@ -94,12 +98,19 @@ impl Session {
             features,
         } = Prepared::new(self, lights.kept(), None, interrupt)?;
         let console = Console::default();
+        let observer = &mut StatingError {
+            session: self,
+            oidn: oidn.as_ref(),
+            features: features.as_ref(),
+            interrupt,
+            observer,
+        };
         let (outcome, checkpoint) =
             resumed.render(self, &job, &identity, interrupt, &console, observer);
         let denoised = self.denoise(oidn.as_ref(), &outcome.film, features.as_ref(), interrupt);
         let failures = checkpoint.err().map(Failure::from).into_iter();
         Ok(Rendered {
-            picture: self.picture_of(&job, &outcome.film, denoised.image.as_ref()),
+            picture: self.picture_of(&job, &outcome.film, denoised.picture.as_ref()),
             interrupted: outcome.stop == Stop::Cancelled || denoised.interrupted,
             failures: failures.chain(denoised.failure).collect(),
         })
@@ -110,7 +121,12 @@ impl Session {
         self.picture_of(&self.job(), film, None)
     }
 
-    fn picture_of(&self, job: &RenderJob, film: &Film, denoised: Option<&Image>) -> Picture {
+    fn picture_of(
+        &self,
+        job: &RenderJob,
+        film: &Film,
+        denoised: Option<&DenoisedImage>,
+    ) -> Picture {
         let metadata = self.report(job, film.passes()).metadata();
         let facts = PictureFacts::new(&self.scene, &self.scene.sensor, film.id_layers(), metadata);
         Picture::new(film, denoised, &facts)

@@ -67,6 +67,10 @@ impl Observer for Checkpoints<'_> {
         flow
     }
 
+    fn error(&mut self, film: &Film) -> Option<f32> {
+        self.observer.error(film)
+    }
+
     fn ended(&mut self, film: &Film, stats: &Stats, elapsed: Duration) {
         self.observer.ended(film, stats, elapsed);
         self.write(film, stats, elapsed);

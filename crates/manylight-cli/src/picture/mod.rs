@@ -16,12 +16,13 @@ use crate::args::FileArgs;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::AovNames;
-use manylight::film::{Film, IdLayer, Layer};
+use manylight::film::{ErrorBars, Film, IdLayer, Layer};
 use manylight::image::Image;
+use manylight_denoise::DenoisedImage;
 use manylight_io::image::{
     Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, write_image,
 };
-use manylight_lab::noise::{self, NOISY};
+use manylight_lab::noise::{self, BLOCK_ERROR, ERROR, NOISY};
 use std::path::PathBuf;
 
 pub(crate) const RGB: &[&str] = &["R", "G", "B"];
@@ -34,7 +35,9 @@ pub(crate) struct PictureSource<'f> {
     /// The rendered film.
     pub(crate) film: &'f Film,
     /// The image without noise, if there is one.
-    pub(crate) denoised: Option<&'f Image>,
+    pub(crate) denoised: Option<&'f DenoisedImage>,
+    /// The error bars of the picture, if they are known.
+    pub(crate) bars: Option<&'f ErrorBars>,
     /// Names, camera and metadata.
     pub(crate) facts: &'f PictureFacts,
 }
@@ -76,7 +79,7 @@ impl PictureSource<'_> {
             denoised: self.denoised,
             groups: self.facts.light_groups(),
         };
-        let mut layers = film_layers(&named, naming);
+        let mut layers = film_layers(&named, self.bars, naming);
         let mut metadata = self.facts.metadata.clone();
         metadata.extend(noise::metadata(film));
         for &layer in film.id_layers() {
@@ -99,7 +102,7 @@ impl PictureSource<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct NamedFilm<'f> {
     pub(crate) film: &'f Film,
-    pub(crate) denoised: Option<&'f Image>,
+    pub(crate) denoised: Option<&'f DenoisedImage>,
     /// Names of the light groups.
     pub(crate) groups: &'f [String],
 }
@@ -117,7 +120,11 @@ impl NamedFilm<'_> {
     }
 }
 
-pub(crate) fn film_layers(named_film: &NamedFilm, naming: AovNames) -> Vec<ImageLayer> {
+pub(crate) fn film_layers(
+    named_film: &NamedFilm,
+    bars: Option<&ErrorBars>,
+    naming: AovNames,
+) -> Vec<ImageLayer> {
     let NamedFilm { film, denoised, .. } = *named_film;
     let mut layers: Vec<ImageLayer> = Vec::new();
     let mut push = |name: &str, channels: &[&str], image: &Image| {
@@ -129,7 +136,7 @@ pub(crate) fn film_layers(named_film: &NamedFilm, naming: AovNames) -> Vec<Image
         };
         let name = match (layer, denoised) {
             (Layer::Beauty, Some(denoised)) => {
-                push("", RGB, denoised);
+                push("", RGB, &denoised.image);
                 NOISY.to_owned()
             }
             _ => named_film.name_of(layer),
@@ -141,6 +148,10 @@ pub(crate) fn film_layers(named_film: &NamedFilm, naming: AovNames) -> Vec<Image
         if layer == Layer::Beauty {
             push("variance", RGB, &film.variance());
             push("block_variance", RGB, &film.block_variance());
+            if let Some(bars) = bars {
+                push(ERROR, RGB, &bars.pixels);
+                push(BLOCK_ERROR, RGB, &bars.blocks);
+            }
         }
     }
     if let Some(alpha) = film.alpha() {
@@ -188,8 +199,8 @@ pub(crate) fn channel_count(layers: &[Layer], id_layers: &[IdLayer]) -> usize {
         _ => channels(layer).len(),
     };
     let of_layers: usize = layers.iter().map(of_layer).sum();
-    // The variances of the image, of its pixels and of its blocks.
-    let of_variances = 2 * RGB.len();
+    // The variances and error bars of the image, of its pixels and of its blocks.
+    let of_variances = 4 * RGB.len();
     of_layers + of_variances + id_layers.len() * Cryptomatte::CHANNELS
 }
 
@@ -210,7 +221,7 @@ pub(crate) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer 
 mod tests {
     use super::*;
     use manylight::color::Rgb;
-    use manylight::film::{FilmDesc, Filter};
+    use manylight::film::{FilmDesc, Filter, StatedError};
     use manylight::math::UVec2;
     use std::sync::atomic::{AtomicBool, AtomicU64};
 
@@ -242,7 +253,17 @@ mod tests {
             denoised: None,
             groups: &[],
         };
-        let layers = film_layers(&named_film, AovNames::Manylight);
+        let bars = ErrorBars {
+            pixels: Image::new(11, 9, 3),
+            blocks: Image::new(11, 9, 3),
+            stated: StatedError {
+                pixels: 0.0,
+                blocks: 0.0,
+                at_most: 0.0,
+                concentration: 0.0,
+            },
+        };
+        let layers = film_layers(&named_film, Some(&bars), AovNames::Manylight);
         let names: Vec<&str> = layers
             .iter()
             .flat_map(|l| &l.channels)
@@ -260,6 +281,12 @@ mod tests {
                 "block_variance.R",
                 "block_variance.G",
                 "block_variance.B",
+                "error.R",
+                "error.G",
+                "error.B",
+                "block_error.R",
+                "block_error.G",
+                "block_error.B",
                 "direct.R",
                 "direct.G",
                 "direct.B",
@@ -273,7 +300,7 @@ mod tests {
         assert_eq!(channel_count(film.layers(), &[]), names.len());
         let at = |layer: usize, c: usize| layers[layer].channels[c].1[row * 11 + column];
         assert_eq!(
-            (at(0, 0), at(0, 1), at(3, 2), at(5, 0)),
+            (at(0, 0), at(0, 1), at(5, 2), at(7, 0)),
             (10.0, 7.0, 2.0, 5.0)
         );
         assert!(at(1, 0).is_infinite());

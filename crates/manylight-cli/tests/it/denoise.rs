@@ -143,3 +143,28 @@ fn without_the_option_nothing_changes() {
     assert!(report["settings"]["denoise"].is_null());
     assert!(picture(&folder).channel("noisy.R").is_none());
 }
+
+#[test]
+fn the_error_of_a_denoised_picture_is_its_own() {
+    let folder = Folder::new(BOX);
+    let words = "render scene.xml -m path --size 64x64 --filter box --passes 32 -o a.exr --json -q";
+    let Some(ended) = denoised(&folder, &format!("{words} --denoise oidn")) else {
+        return;
+    };
+    let clean = ended.json()["error"]["pixels"].as_f64().unwrap();
+    let bars = picture(&folder).channel("error.G").unwrap().to_vec();
+    let noisy = folder.run(words).code(0).json()["error"]["pixels"]
+        .as_f64()
+        .unwrap();
+    assert!(clean < 0.8 * noisy, "{clean} {noisy}");
+    let sum = |bars: &[f32]| bars.iter().sum::<f32>();
+    assert!(sum(&bars) < sum(picture(&folder).channel("error.G").unwrap()));
+    // The limit is that of the denoised picture.
+    let words = format!("{words} --target-error {}", 1.2 * clean).replace("--passes 32", "");
+    let passes = |options: &str| {
+        let report = folder.run(&format!("{words} {options}")).code(0).json();
+        report["counts"]["passes"].as_u64().unwrap()
+    };
+    let (clean, noisy) = (passes("--denoise oidn"), passes(""));
+    assert!(clean < noisy, "{clean} {noisy}");
+}

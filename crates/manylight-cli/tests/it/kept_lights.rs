@@ -63,7 +63,7 @@ fn kept_lights_give_the_bits_of_the_render_that_made_them() {
 
 #[test]
 fn kept_lights_serve_frames_shares_and_checkpoints() {
-    let folder = kept("");
+    let folder = kept("--block 8");
     let camera = |x: f32| format!("[[-1, 0, 0, {x}], [0, 1, 0, 1], [0, 0, -1, 4], [0, 0, 0, 1]]");
     let walk = format!("[{}, {}]", camera(-0.5), camera(0.5));
     std::fs::write(folder.path("walk.json"), walk).unwrap();
@@ -79,7 +79,7 @@ fn kept_lights_serve_frames_shares_and_checkpoints() {
     folder.run("merge 1.part 2.part -o merged.exr -q").code(0);
     assert!(pixels(&folder, "a.exr") == pixels(&folder, "merged.exr"));
 
-    let checkpoint = "--checkpoint state.part -q";
+    let checkpoint = "--checkpoint state.part --block 8 -q";
     folder
         .run(&format!("{words} {checkpoint} --passes 5 -o half.exr"))
         .code(0);

@@ -7,6 +7,7 @@ mod browser;
 mod compare;
 mod denoise;
 mod describe;
+mod error_bars;
 #[cfg(unix)]
 mod faults;
 mod frames;

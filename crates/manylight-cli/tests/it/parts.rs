@@ -312,17 +312,17 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
     }
     // The format is stated in a string of the header.
     let mut newer = fs::read(folder.path("2.part")).unwrap();
-    let key = br#"\"format\":1"#;
+    let key = br#"\"format\":2"#;
     let place = newer
         .windows(key.len())
         .position(|window| window == key)
         .unwrap();
-    newer[place + key.len() - 1] = b'2';
+    newer[place + key.len() - 1] = b'3';
     fs::write(folder.path("newer.part"), newer).unwrap();
     folder
         .run("merge 1.part newer.part -o m.exr")
         .code(4)
-        .says(&["newer.part", "format 2", "format 1"]);
+        .says(&["newer.part", "format 3", "format 2"]);
     assert!(!folder.files().contains(&"m.exr".to_owned()));
 }
 

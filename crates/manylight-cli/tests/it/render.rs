@@ -31,6 +31,7 @@ fn the_report_has_the_keys_of_the_contract() {
             "settings",
             "stages",
             "counts",
+            "error",
             "rates",
             "memory",
             "clamped_share",

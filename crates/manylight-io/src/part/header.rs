@@ -46,10 +46,6 @@ pub struct PartFilm {
     pub id_layers: Vec<String>,
     /// Passes of a block.
     pub block: NonZeroU32,
-    /// Whether passes continue sequences of samples: [`Film::with_sequences`]. A header
-    /// without the entry means that they do not.
-    #[serde(default)]
-    pub sequences: bool,
 }
 
 impl PartHeader {
@@ -83,7 +79,6 @@ impl PartFilm {
                 .map(|layer| layer.array_name().into())
                 .collect(),
             block: film.block(),
-            sequences: film.has_sequences(),
         }
     }
 
@@ -131,11 +126,7 @@ impl PartFilm {
             crop_size: crop,
             filter: Filter::Box,
         };
-        let film = Film::with_blocks(desc, &layers, &id_layers, self.block, 0);
-        Ok(match self.sequences {
-            true => film.with_sequences(),
-            false => film,
-        })
+        Ok(Film::with_blocks(desc, &layers, &id_layers, self.block, 0))
     }
 }
 

@@ -9,14 +9,14 @@
 //! |---|---|
 //! | `format` | version of this layout, [`FORMAT`] |
 //! | `render` | what decides about the bits of a render (name: value): parts of one render agree in all of it |
-//! | `film` | `size`, `crop_offset`, `crop_size`, names of the `layers` and `id_layers`, passes of a `block`, whether passes continue `sequences` of samples |
+//! | `film` | `size`, `crop_offset`, `crop_size`, names of the `layers` and `id_layers`, passes of a `block` |
 //! | `state` | what a resumed render continues with: seconds of the stages, counts |
 //! | `picture` | what image files say about the render: metadata, names of objects and materials, the camera |
 //!
 //! `manylight.sha256` is the SHA-256 of the whole file in hexadecimal digits, taken with 64 zeros
 //! in the place of the digits.
 //!
-//! Arrays are those of [`manylight::film::arrays`], little-endian `F64` and `U32` in row order.
+//! Arrays are those of [`manylight::film::arrays`], little-endian `F64`, `F32` and `U32` in row order.
 //! Their names begin with a group: `block.K.` for blocks of passes; `completed.` and `current.` for
 //! a checkpoint.
 //!
@@ -41,4 +41,4 @@ pub use read::PartFile;
 pub use write::{ArrayGroups, write_part};
 
 /// Version of the layout of part files.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;

@@ -4,7 +4,7 @@ use super::*;
 use manylight::color::Rgb;
 use manylight::film::arrays::arrays_of_sums;
 use manylight::film::blocks::DEFAULT_BLOCK;
-use manylight::film::{Film, FilmDesc, Filter, IdLayer, Layer};
+use manylight::film::{Film, FilmDesc, Filter, Half, IdLayer, Layer};
 use manylight::math::UVec2;
 use serde_json::{Map, Value, json};
 use std::fs;
@@ -19,10 +19,10 @@ fn film() -> Film {
         filter: Filter::Box,
     };
     let layers = [Layer::Beauty, Layer::Direct, Layer::Depth];
-    let film = Film::with_blocks(desc, &layers, &[IdLayer::Material], DEFAULT_BLOCK, 0);
-    let mut film = film.with_sequences();
+    let mut film = Film::with_blocks(desc, &layers, &[IdLayer::Material], DEFAULT_BLOCK, 0);
     for pass in 0..3 {
         film.begin_batch();
+        film.set_half(Half::of_set(pass));
         film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(

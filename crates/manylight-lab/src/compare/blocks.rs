@@ -66,15 +66,15 @@ pub(super) fn block_pixels(
 }
 
 /// The kept pixels of one block.
-struct PixelBlock {
-    pixels: Vec<usize>,
+pub(super) struct PixelBlock {
+    pub(super) pixels: Vec<usize>,
     /// Whether all pixels of the block are kept.
-    is_whole: bool,
+    pub(super) is_whole: bool,
 }
 
 impl PixelBlock {
     /// The block with the upper left pixel `corner`.
-    fn new(image: &ComparisonImage, corner: [usize; 2], kept: &[bool]) -> Self {
+    pub(super) fn new(image: &ComparisonImage, corner: [usize; 2], kept: &[bool]) -> Self {
         let (pixels, others): (Vec<usize>, Vec<usize>) =
             block_pixels(image, corner).partition(|&i| kept[i]);
         PixelBlock {
@@ -85,7 +85,7 @@ impl PixelBlock {
 }
 
 /// Known variances of one image.
-struct ImageNoise<'f> {
+pub(super) struct ImageNoise<'f> {
     /// Variance of each pixel.
     pixels: &'f [[f32; 3]],
     /// Variance of the mean over the block of each pixel, and the degrees of freedom of the
@@ -95,13 +95,14 @@ struct ImageNoise<'f> {
 
 /// A variance and the degrees of freedom of its estimate.
 #[derive(Clone, Copy)]
-struct Variance {
-    value: f64,
+pub(super) struct Variance {
+    pub(super) value: f64,
     freedom: f64,
 }
 
 impl<'f> ImageNoise<'f> {
-    fn of(image: &'f ComparisonImage) -> Option<Self> {
+    /// `None` unless the variances of `image` are known.
+    pub(super) fn of(image: &'f ComparisonImage) -> Option<Self> {
         let blocks = match &image.correlation {
             NoiseCorrelation::Unknown => return None,
             NoiseCorrelation::None => None,
@@ -115,9 +116,14 @@ impl<'f> ImageNoise<'f> {
         })
     }
 
+    /// Variance of channel `c` of pixel `i`.
+    pub(super) fn of_pixel(&self, i: usize, c: usize) -> f64 {
+        f64::from(self.pixels[i][c])
+    }
+
     /// Variance of the sum over the kept pixels of a block. For an incomplete block only the
     /// variances of single pixels are known, and the pixels are taken as independent.
-    fn of_sum(&self, block: &PixelBlock, c: usize) -> Variance {
+    pub(super) fn of_sum(&self, block: &PixelBlock, c: usize) -> Variance {
         let pixels = &block.pixels;
         match (self.blocks, pixels.first()) {
             (Some((blocks, freedom)), Some(&first)) if block.is_whole => Variance {

@@ -1,5 +1,6 @@
 //! All measures of one image against a reference.
 
+use super::bars::{BarCoverage, bar_coverage};
 use super::blocks::{BlockScores, block_scores};
 use super::flip::flip_map;
 use super::image::ComparisonImage;
@@ -40,6 +41,9 @@ pub struct Comparison {
     /// z-scores of 8x8 blocks; `None` unless both variances are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blocks: Option<BlockScores>,
+    /// How much of the reference lies within the error bars of the image; `None` if it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within_bars: Option<BarCoverage>,
     /// Measures over the pixels without visible emitters; `None` if the image has no `emission`
     /// layer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -94,6 +98,7 @@ pub fn compare(
         noise_floor: noise_floor(image, reference, &finite),
         reference_noise: reference_noise(reference, &finite),
         blocks: block_scores(image, reference, &finite),
+        within_bars: bar_coverage(image, reference, &finite),
         without_emitters: without_emitters(image, reference, &finite),
     }
 }

@@ -1,7 +1,8 @@
 //! The channels of an image that a comparison needs.
 
+use super::bars::ErrorBars;
 use super::layers::{self, Found, NotFound};
-use crate::noise::{self, MeanNoise, NOISY};
+use crate::noise::{self, BLOCK_ERROR, ERROR, MeanNoise, NOISY};
 use manylight_io::image::LayeredImage;
 use std::fmt;
 
@@ -18,6 +19,8 @@ pub struct ComparisonImage {
     pub variance: Option<Vec<[f32; 3]>>,
     /// How the noise of different pixels is correlated.
     pub correlation: NoiseCorrelation,
+    /// Error bars; `None` if they are not known.
+    pub bars: Option<ErrorBars>,
     /// Emitted radiance seen directly or through specular reflection and refraction; `None` if it
     /// is not known.
     pub emission: Option<Vec<[f32; 3]>>,
@@ -98,6 +101,7 @@ impl ComparisonImage {
             rgb,
             variance: None,
             correlation: NoiseCorrelation::None,
+            bars: None,
             emission: None,
             light: LightGroups::default(),
         }
@@ -132,6 +136,14 @@ impl ComparisonImage {
                     Some(mean) if known(&blocks) => NoiseCorrelation::Known { blocks, mean },
                     _ => NoiseCorrelation::Unknown,
                 },
+            },
+            bars: match (beside(ERROR), beside(BLOCK_ERROR)) {
+                (Some(pixels), Some(blocks))
+                    if found.is_image() && known(&pixels) && known(&blocks) =>
+                {
+                    Some(ErrorBars { pixels, blocks })
+                }
+                _ => None,
             },
             emission: beside("emission"),
             light: match found.is_image() {

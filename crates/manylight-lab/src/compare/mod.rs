@@ -5,6 +5,7 @@
 //! is a value of the image, `r` the value of the reference in the same pixel and channel, and `m`
 //! the mean of all `r`. Values are linear.
 
+mod bars;
 mod blocks;
 mod comparison;
 mod files;
@@ -18,6 +19,7 @@ mod table;
 #[cfg(test)]
 mod testing;
 
+pub use bars::{BarCoverage, ErrorBars};
 pub use blocks::BlockScores;
 pub use comparison::{Comparison, WithoutEmitters, compare};
 pub use files::{compare_file, read_image};

@@ -76,6 +76,10 @@ const NOISE_ROWS: &[TableRow] = &[
     }),
     TableRow::new("blocks z mean", |c| Some(format!("{:.3}", c.blocks?.mean))),
     TableRow::new("blocks z rms", |c| Some(format!("{:.3}", c.blocks?.rms))),
+    TableRow::new("within error bars", |c| {
+        Some(percent(c.within_bars?.pixels))
+    }),
+    TableRow::new("  of 8x8 blocks", |c| Some(percent(c.within_bars?.blocks))),
 ];
 
 const EMITTER_ROWS: &[TableRow] = &[

@@ -3,13 +3,14 @@
 //! | array | shape | content |
 //! |---|---|---|
 //! | `passes` | 2 | first pass, and the end of the passes |
+//! | `halves` | 2 | numbers of passes of the two halves ([`Half`]) |
 //! | `batches` | 3 | number of completed batches, their passes, sum of the squares of their passes |
 //! | `image.moments` | 2, 3, 3 | of the beauty, and of the beauty without emission: sums over batches of S, S² and nS, per channel |
 //! | `tiles.batch` | tiles, 2, 3 | the same two quantities, summed over the passes of the current batch |
 //! | `tiles.moments` | tiles, 3, 3 | moments of the beauty |
 //! | `sum.LAYER` | height, width, 3 | sum over passes |
 //! | `square.LAYER` | height, width, 3 | sum over passes of the square, for layers with a variance |
-//! | `half.LAYER` | height, width, 3 | sum over even passes less that over odd ones, for layers with a variance in films of sequences ([`Film::with_sequences`]) |
+//! | `half.LAYER` | height, width, 3 | sum over the passes of the first half less that over the second, for layers with a variance, of 32 bits |
 //! | `IDS.count` | height, width | number of ids in a pixel |
 //! | `IDS.id`, `IDS.weight` | sum of `IDS.count` | ids of all pixels, and their sums of weights |
 //!
@@ -18,13 +19,14 @@
 
 use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::CoverageSums;
+use super::halves::HalfCounts;
 use super::sums::{PassSums, TileSums};
 use super::{Film, IdLayer, Layer};
 use crate::arrays::{ArrayKind, ArrayValues, InvalidArray, NamedArray};
 use std::borrow::Cow;
 
 #[cfg(doc)]
-use super::TILE_SIZE;
+use super::{Half, TILE_SIZE};
 
 impl IdLayer {
     /// Name of the layer in arrays.
@@ -65,6 +67,7 @@ pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<NamedArray<
     let tiles = sums.tiles.len();
     let mut arrays = vec![
         NamedArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
+        NamedArray::words("halves", [2], || sums.half_counts.0),
         NamedArray::doubles("batches", [3], || sums.batches.to_array()),
         NamedArray::doubles("image.moments", [2, 3, 3], || {
             let moments = sums.image_moments.iter();
@@ -88,11 +91,10 @@ pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<NamedArray<
             move || pixel_values(film, sums, |tile, i| tile.squares[i * with_variance + k]);
         arrays.push(NamedArray::doubles(name, rgb_shape(film), values));
     }
-    let with_halves = film.with_variance.iter().take(film.shape().halves);
-    for (k, &l) in with_halves.enumerate() {
+    for (k, &l) in film.with_variance.iter().enumerate() {
         let name = format!("half.{}", film.layers[l].array_name());
         let values = move || pixel_values(film, sums, |tile, i| tile.halves[i * with_variance + k]);
-        arrays.push(NamedArray::doubles(name, rgb_shape(film), values));
+        arrays.push(NamedArray::floats(name, rgb_shape(film), values));
     }
     for (k, &layer) in film.id_layers.iter().enumerate() {
         arrays.extend(id_arrays(film, sums, k, layer));
@@ -112,7 +114,8 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
     let passes: [u32; 2] = array_of(read_words(&mut read, "passes", &[2])?);
     let mut sums = PassSums::new(film.desc.crop_size, film.shape(), passes[0]);
     sums.passes.end = passes[1];
-    let batches = array_of(read_floats(&mut read, "batches", &[3])?);
+    sums.half_counts = HalfCounts(array_of(read_words(&mut read, "halves", &[2])?));
+    let batches = array_of(read_doubles(&mut read, "batches", &[3])?);
     sums.batches = BatchCounts::from_array(batches);
     if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
         let message = format!(
@@ -123,13 +126,18 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
         );
         return Err(InvalidArray::new("passes", message).into());
     }
+    let [first, second] = sums.half_counts.0;
+    if first.checked_add(second) != Some(passes[1] - passes[0]) {
+        let message = format!("found {first} and {second} of {} passes", sums.count());
+        return Err(InvalidArray::new("halves", message).into());
+    }
     let tiles = sums.tiles.len();
-    let image = read_floats(&mut read, "image.moments", &[2, 3, 3])?;
+    let image = read_doubles(&mut read, "image.moments", &[2, 3, 3])?;
     for (moments, values) in sums.image_moments.iter_mut().zip(image.chunks_exact(9)) {
         *moments = BatchMoments::from_slice(values);
     }
-    let batch = read_floats(&mut read, "tiles.batch", &[tiles, 2, 3])?;
-    let moments = read_floats(&mut read, "tiles.moments", &[tiles, 3, 3])?;
+    let batch = read_doubles(&mut read, "tiles.batch", &[tiles, 2, 3])?;
+    let moments = read_doubles(&mut read, "tiles.moments", &[tiles, 3, 3])?;
     for (t, tile) in sums.tiles.iter_mut().enumerate() {
         let batch = &batch[t * 6..][..6];
         tile.batch = [array_of(batch[..3].to_vec()), array_of(batch[3..].to_vec())];
@@ -137,7 +145,7 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
     }
     let (stride, with_variance) = (film.layers.len(), film.with_variance.len());
     for (l, &layer) in film.layers.iter().enumerate() {
-        let values = read_floats(
+        let values = read_doubles(
             &mut read,
             &format!("sum.{}", layer.array_name()),
             &rgb_shape(film),
@@ -148,12 +156,12 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
     }
     for (k, &l) in film.with_variance.iter().enumerate() {
         let name = format!("square.{}", film.layers[l].array_name());
-        let values = read_floats(&mut read, &name, &rgb_shape(film))?;
+        let values = read_doubles(&mut read, &name, &rgb_shape(film))?;
         set_pixels(film, &mut sums, &values, |tile, i| {
             &mut tile.squares[i * with_variance + k]
         });
     }
-    for (k, &l) in (film.with_variance.iter().take(film.shape().halves)).enumerate() {
+    for (k, &l) in film.with_variance.iter().enumerate() {
         let name = format!("half.{}", film.layers[l].array_name());
         let values = read_floats(&mut read, &name, &rgb_shape(film))?;
         set_pixels(film, &mut sums, &values, |tile, i| {
@@ -176,13 +184,13 @@ fn rgb_shape(film: &Film) -> [usize; 3] {
     [height, width, 3]
 }
 
-fn pixel_values(
+fn pixel_values<T: Copy + Default>(
     film: &Film,
     sums: &PassSums,
-    value: impl Fn(&TileSums, usize) -> [f64; 3],
-) -> Vec<f64> {
+    value: impl Fn(&TileSums, usize) -> [T; 3],
+) -> Vec<T> {
     let [height, width] = pixel_shape(film);
-    let mut values = vec![0.0; height * width * 3];
+    let mut values = vec![T::default(); height * width * 3];
     for tile in &sums.tiles {
         for (i, pixel) in tile.tile.pixels().enumerate() {
             let start = (pixel.y as usize * width + pixel.x as usize) * 3;
@@ -192,11 +200,11 @@ fn pixel_values(
     values
 }
 
-fn set_pixels(
+fn set_pixels<T: Copy>(
     film: &Film,
     sums: &mut PassSums,
-    values: &[f64],
-    place: impl Fn(&mut TileSums, usize) -> &mut [f64; 3],
+    values: &[T],
+    place: impl Fn(&mut TileSums, usize) -> &mut [T; 3],
 ) {
     let [_, width] = pixel_shape(film);
     for tile in &mut sums.tiles {
@@ -251,7 +259,7 @@ fn read_ids<E: From<InvalidArray>>(
     let counts = read_words(read, &format!("{name}.count"), &pixel_shape(film))?;
     let total = counts.iter().map(|&count| count as usize).sum();
     let ids = read_words(read, &format!("{name}.id"), &[total])?;
-    let weights = read_floats(read, &format!("{name}.weight"), &[total])?;
+    let weights = read_doubles(read, &format!("{name}.weight"), &[total])?;
     let [_, width] = pixel_shape(film);
     // Where the ids of each pixel start.
     let mut end = 0;
@@ -272,20 +280,26 @@ fn read_ids<E: From<InvalidArray>>(
     Ok(())
 }
 
-fn read_floats<E: From<InvalidArray>>(
+fn read_doubles<E: From<InvalidArray>>(
     read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
     name: &str,
     shape: &[usize],
 ) -> Result<Vec<f64>, E> {
-    match read(name, shape)? {
-        ArrayValues::F64(values) if values.len() == shape.iter().product() => Ok(values),
-        other => {
-            Err(
-                InvalidArray::unexpected(name, &other, ArrayKind::F64, shape.iter().product())
-                    .into(),
-            )
-        }
-    }
+    read_values(read, name, shape, ArrayKind::F64, |values| match values {
+        ArrayValues::F64(values) => Ok(values),
+        other => Err(other),
+    })
+}
+
+fn read_floats<E: From<InvalidArray>>(
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    name: &str,
+    shape: &[usize],
+) -> Result<Vec<f32>, E> {
+    read_values(read, name, shape, ArrayKind::F32, |values| match values {
+        ArrayValues::F32(values) => Ok(values),
+        other => Err(other),
+    })
 }
 
 fn read_words<E: From<InvalidArray>>(
@@ -293,15 +307,27 @@ fn read_words<E: From<InvalidArray>>(
     name: &str,
     shape: &[usize],
 ) -> Result<Vec<u32>, E> {
-    match read(name, shape)? {
-        ArrayValues::U32(values) if values.len() == shape.iter().product() => Ok(values),
-        other => {
-            Err(
-                InvalidArray::unexpected(name, &other, ArrayKind::U32, shape.iter().product())
-                    .into(),
-            )
-        }
+    read_values(read, name, shape, ArrayKind::U32, |values| match values {
+        ArrayValues::U32(values) => Ok(values),
+        other => Err(other),
+    })
+}
+
+/// The values of the array `name` of this shape, of which `take` finds those of type `kind`.
+fn read_values<T, E: From<InvalidArray>>(
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    name: &str,
+    shape: &[usize],
+    kind: ArrayKind,
+    take: impl FnOnce(ArrayValues) -> Result<Vec<T>, ArrayValues>,
+) -> Result<Vec<T>, E> {
+    let count = shape.iter().product();
+    let values = read(name, shape)?;
+    let invalid = |found: &ArrayValues| InvalidArray::unexpected(name, found, kind, count).into();
+    if values.count() != count {
+        return Err(invalid(&values));
     }
+    take(values).map_err(|other| invalid(&other))
 }
 
 /// The values as an array of the length that was asked for.

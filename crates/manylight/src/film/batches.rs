@@ -40,6 +40,11 @@ impl BatchCounts {
         self.passes
     }
 
+    /// Whether every batch has one pass.
+    pub(super) fn are_single_passes(self) -> bool {
+        self.count == self.passes
+    }
+
     /// Adds a batch of `passes` passes.
     pub(super) fn add(&mut self, passes: u32) {
         self.count += 1;

@@ -2,16 +2,12 @@
 
 use super::batches::{BatchCounts, BatchMoments};
 use super::coverage::{IdLayer, RankedIds};
-use super::sequences::{Halves, MeanRatio};
+use super::halves::{Half, MeanRatio};
 use super::totals::TileTotals;
-use super::{Film, Layer, TILE_SIZE};
+use super::{Film, Layer, TILE_SIZE, Tile};
 use crate::image::Image;
 use crate::math::UVec2;
 use rayon::prelude::*;
-
-/// Floor of the squared pixel value in the relative error, in units of the squared mean of the
-/// image. A larger floor gives dark pixels less weight.
-const DARK_FLOOR: f64 = 0.01;
 
 impl Film {
     /// Number of completed batches.
@@ -114,21 +110,41 @@ impl Film {
         self.layer_variance(Layer::Beauty).unwrap_or_default()
     }
 
-    /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance
-    /// over passes, divided by their number. Treats passes as independent, but for films
-    /// [`with_sequences`](Film::with_sequences), where it is reduced by a factor per tile and
-    /// channel (`sequences`). Infinite with fewer than two passes. `None` if the film does not
-    /// record the layer, or it is neither the beauty nor one of its terms.
-    pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
+    /// Mean of one layer over the passes of one half, three channels; black without such passes.
+    /// `None` if the film does not record the layer, or no variance of it.
+    pub fn half_image(&self, layer: Layer, half: Half) -> Option<Image> {
+        let k = self.variance_index(layer)?;
+        let n = f64::from(self.half_counts().of(half).max(1));
+        let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
+        let l = self.with_variance[k];
+        let sign = f64::from(half.sign());
+        Some(self.collect(|sums| {
+            move |i| {
+                let sum = sums.sum(i * stride + l);
+                let difference = sums.half_difference(i * with_variance + k);
+                std::array::from_fn(|c| ((sum[c] + sign * difference[c]) / (2.0 * n)) as f32)
+            }
+        }))
+    }
+
+    /// Index of `layer` among the layers with a variance.
+    fn variance_index(&self, layer: Layer) -> Option<usize> {
         let with_variance = &self.with_variance;
-        let k = with_variance
-            .iter()
-            .position(|&l| self.layers[l] == layer)?;
+        with_variance.iter().position(|&l| self.layers[l] == layer)
+    }
+
+    /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance
+    /// over passes, divided by their number, times a factor per tile and channel for passes that
+    /// depend on each other ([`Half`]). Infinite with fewer than two passes. `None` if the film does
+    /// not record the layer, or it is neither the beauty nor one of its terms.
+    pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
+        let k = self.variance_index(layer)?;
         if self.passes() < 2 {
             return Some(self.collect(|_| |_| [f32::INFINITY; 3]));
         }
+        let factors = self.half_factors(k);
         Some(self.collect(|sums| {
-            let factor = self.sequence_factor(&sums, k);
+            let factor = factors[self.tile_index(sums.tile())];
             move |i| {
                 let spread = self.spread(&sums, i, k);
                 std::array::from_fn(|c| (spread[c] * factor[c]) as f32)
@@ -148,31 +164,61 @@ impl Film {
         })
     }
 
-    /// Factor from [`Film::spread`] to the variance, per channel; 1 for independent passes, and for
-    /// fewer than two.
-    fn sequence_factor(&self, sums: &TileTotals, k: usize) -> [f64; 3] {
-        if !self.has_sequences() || self.passes() < 2 {
-            return [1.0; 3];
+    /// Factors from [`Film::spread`] to the variance, by tile and channel: from a tile and those
+    /// around it. 1 if one half has no passes.
+    fn half_factors(&self, k: usize) -> Vec<[f64; 3]> {
+        let counts = self.half_counts();
+        let tiles: Vec<TileTotals> = self.tile_totals().collect();
+        if !counts.are_both() {
+            return vec![[1.0; 3]; tiles.len()];
         }
-        let halves = Halves::of(self.next_pass() - self.passes(), self.next_pass());
-        let mut ratios = MeanRatio::default();
-        for i in 0..sums.tile().count() {
-            let sum = sums.sum(i * self.layers.len() + self.with_variance[k]);
-            let difference = sums.half(i * self.with_variance.len() + k);
-            ratios.add(halves.variance(sum, difference), self.spread(sums, i, k));
-        }
-        ratios.mean()
+        let of_tile = |sums: &TileTotals| {
+            let mut ratios = MeanRatio::default();
+            for i in 0..sums.tile().count() {
+                let sum = sums.sum(i * self.layers.len() + self.with_variance[k]);
+                let difference = sums.half_difference(i * self.with_variance.len() + k);
+                ratios.add(counts.variance(sum, difference), self.spread(sums, i, k));
+            }
+            ratios
+        };
+        let ratios: Vec<MeanRatio> = tiles.par_iter().map(of_tile).collect();
+        let columns = self.tile_columns();
+        let rows = ratios.len() / columns;
+        let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+        let factor = |tile: usize| {
+            let mut all = MeanRatio::default();
+            for y in around(tile / columns, rows) {
+                for x in around(tile % columns, columns) {
+                    all.merge(&ratios[y * columns + x]);
+                }
+            }
+            all.mean()
+        };
+        (0..ratios.len()).map(factor).collect()
     }
 
-    /// Variance of the mean of the beauty over each tile, per channel, from completed batches, with
-    /// the factor of [`Film::layer_variance`]. All pixels of a tile hold the variance of that tile.
-    /// Infinite with fewer than two completed batches.
+    /// Number of tiles of the unshifted grid in a row.
+    fn tile_columns(&self) -> usize {
+        self.image_size().x.div_ceil(TILE_SIZE) as usize
+    }
+
+    /// Index of a tile of the unshifted grid.
+    fn tile_index(&self, tile: Tile) -> usize {
+        let at = (tile.origin / TILE_SIZE).as_usizevec2();
+        at.y * self.tile_columns() + at.x
+    }
+
+    /// Variance of the mean of the beauty over each tile, per channel, from completed batches; those
+    /// of single passes are corrected by the factor of [`Film::layer_variance`]. All pixels of a
+    /// tile hold the variance of that tile. Infinite with fewer than two completed batches.
     pub fn block_variance(&self) -> Image {
         let batches = self.batch_counts();
+        let factors = batches.are_single_passes().then(|| self.half_factors(0));
         self.collect(|sums| {
             let pixels = sums.tile().count() as f64;
             let of_sum = batches.variance_of_mean(&sums.moments());
-            let factor = self.sequence_factor(&sums, 0);
+            let factor = (factors.as_ref())
+                .map_or([1.0; 3], |factors| factors[self.tile_index(sums.tile())]);
             let variance =
                 std::array::from_fn(|c| (of_sum[c] * factor[c] / (pixels * pixels)) as f32);
             move |_| variance
@@ -195,20 +241,20 @@ impl Film {
     fn variance_of_image_mean(&self, moments: &BatchMoments) -> [f64; 3] {
         let size = self.image_size().as_dvec2();
         let pixels = size.x * size.y;
-        let of_sum = self.batch_counts().variance_of_mean(moments);
-        let factor = self.image_factor();
+        let batches = self.batch_counts();
+        let of_sum = batches.variance_of_mean(moments);
+        let factor = match batches.are_single_passes() {
+            true => self.image_factor(),
+            false => [1.0; 3],
+        };
         std::array::from_fn(|c| of_sum[c] * factor[c] / (pixels * pixels))
     }
 
-    /// Variance of the beauty over its [`Film::spread`], in the mean over pixels; 1 for independent
-    /// passes.
+    /// Variance of the beauty over its [`Film::spread`], in the mean over pixels.
     fn image_factor(&self) -> [f64; 3] {
-        if !self.has_sequences() || self.passes() < 2 {
-            return [1.0; 3];
-        }
         let (mut variance, mut spread) = ([0.0; 3], [0.0; 3]);
-        for sums in self.tile_totals() {
-            let factor = self.sequence_factor(&sums, 0);
+        let factors = self.half_factors(0);
+        for (sums, factor) in self.tile_totals().zip(factors) {
             for i in 0..sums.tile().count() {
                 let of_pixel = self.spread(&sums, i, 0);
                 for c in 0..3 {
@@ -221,30 +267,6 @@ impl Film {
             true => variance[c] / spread[c],
             false => 1.0,
         })
-    }
-
-    /// Estimated relative error of the beauty: the root of the mean over pixels and channels of
-    /// `variance / (value² + 0.01 m²)` with `m` the mean of the image. Infinite with fewer than two
-    /// passes.
-    pub fn relative_error(&self) -> f32 {
-        if self.passes() < 2 {
-            return f32::INFINITY;
-        }
-        let (mean, variance) = (
-            self.image(Layer::Beauty).unwrap_or_default(),
-            self.variance(),
-        );
-        let count = mean.data.len().max(1) as f64;
-        let m = mean.data.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
-        let sum: f64 = mean
-            .data
-            .iter()
-            .zip(&variance.data)
-            .map(|(&v, &var)| {
-                f64::from(var) / (f64::from(v).powi(2) + DARK_FLOOR * m * m).max(f64::MIN_POSITIVE)
-            })
-            .sum();
-        (sum / count).sqrt() as f32
     }
 
     /// An image whose pixel `i` of a tile is `value(tile)(i)`.

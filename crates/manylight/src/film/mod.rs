@@ -13,12 +13,13 @@ mod batches;
 pub mod blocks;
 mod coverage;
 mod description;
+mod error_bars;
 mod estimates;
 pub mod filter;
+mod halves;
 mod layer;
 mod passes;
 mod sampler;
-mod sequences;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -28,7 +29,9 @@ mod totals;
 
 pub use coverage::{IdLayer, RankedIds};
 pub use description::FilmDesc;
+pub use error_bars::{ErrorBars, StatedError};
 pub use filter::{Filter, FilterSampler, Window};
+pub use halves::{Half, HalfCounts};
 pub use layer::Layer;
 pub use passes::Film;
 pub use sampler::{FilmSample, FilmSampler};

@@ -2,6 +2,7 @@
 
 use super::blocks::{BLOCK_STEP, DEFAULT_BLOCK};
 use super::coverage::{self, IdLayer, IdSample};
+use super::halves::{Half, HalfCounts};
 use super::layer::{Layer, Slots};
 use super::sums::{PassSums, PixelShape};
 use super::tile_samples::TileBuffers;
@@ -26,6 +27,8 @@ pub struct Film {
     shape: PixelShape,
     /// Passes of a block.
     block: NonZeroU32,
+    /// The half of the passes that come next.
+    half: Half,
     /// Sums over the completed blocks. `None` before the first of them is followed by another pass.
     pub(super) completed: Option<PassSums>,
     /// Sums over the passes of the current block.
@@ -67,6 +70,7 @@ impl Film {
             with_variance,
             shape,
             block: DEFAULT_BLOCK,
+            half: Half::default(),
             completed: None,
             current,
             pass: Vec::new(),
@@ -101,36 +105,12 @@ impl Film {
         film
     }
 
-    /// The same film, without passes, for passes that are not independent: the even ones continue
-    /// one sequence of samples, the odd ones another. Variances follow from the difference of both.
-    ///
-    /// # Panics
-    /// If the film has passes.
-    pub fn with_sequences(mut self) -> Self {
-        assert_eq!(self.passes(), 0, "the film has passes");
-        self.shape = self.shape.with_halves();
-        let first = self.next_pass();
-        self.current = PassSums::new(self.desc.crop_size, self.shape, first);
-        self
-    }
-
-    /// Whether the film is one [`Film::with_sequences`].
-    pub fn has_sequences(&self) -> bool {
-        self.shape.halves > 0
-    }
-
-    /// Memory that [`Film::with_sequences`] adds to [`Film::bytes_for`].
-    pub fn bytes_for_sequences(size: UVec2, layers: &[Layer], sums: usize) -> u64 {
-        let halves = PixelShape::of(layers, &[]).with_halves().halves;
-        let per_pixel = (sums * halves * size_of::<[f64; 3]>()) as u64;
-        (u64::from(size.x) * u64::from(size.y)).saturating_mul(per_pixel)
-    }
-
     /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has
     /// more passes than a block, else one.
     pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> u64 {
         let shape = PixelShape::of(layers, id_layers);
         let values = (shape.layers + shape.with_variance) * size_of::<[f64; 3]>()
+            + shape.with_variance * size_of::<[f32; 3]>()
             + shape.id_layers * coverage::BYTES_PER_PIXEL;
         let pass = layers.len() * size_of::<Rgb>();
         let per_pixel = sums * values + pass;
@@ -195,6 +175,21 @@ impl Film {
         self.current.complete_batch();
     }
 
+    /// The half of the passes that come next. Passes that share virtual lights, or continue one
+    /// sequence of samples, belong to one half.
+    pub fn set_half(&mut self, half: Half) {
+        self.half = half;
+    }
+
+    /// Numbers of complete passes of both halves.
+    pub fn half_counts(&self) -> HalfCounts {
+        let mut counts = self.current.half_counts;
+        if let Some(blocks) = &self.completed {
+            counts.add(blocks.half_counts);
+        }
+        counts
+    }
+
     /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are
     /// left out of the sums and counted in `dropped`. If `cancel` becomes true before the last tile
     /// has begun, the pass is discarded and the result is `false`.
@@ -244,14 +239,13 @@ impl Film {
         let id_count = self.id_layers.len();
         let emission = slots.of(Layer::Emission);
         let with_variance = &self.with_variance;
-        let is_even = self.current.passes.end.is_multiple_of(2);
-        let sign = if is_even { 1.0 } else { -1.0 };
+        let half = self.half;
         self.current.tiles.par_iter_mut().for_each(|sums| {
             for (i, pixel) in sums.tile.pixels().enumerate() {
                 let (tile, k) = grid.locate(pixel);
                 let values = &pass[tile][k * stride..][..stride];
                 if are_finite(values) {
-                    sums.commit(i, values, emission, with_variance, sign);
+                    sums.commit(i, values, emission, with_variance, half);
                     let coverage = &mut sums.coverage[i * id_count..][..id_count];
                     coverage::add_samples(&pass_ids[tile], k, coverage);
                 } else {
@@ -260,6 +254,7 @@ impl Film {
             }
         });
         self.current.passes.end += 1;
+        self.current.half_counts.0[half.index()] += 1;
         true
     }
 

@@ -2,6 +2,7 @@
 
 use super::batches::{BatchCounts, BatchMoments, add};
 use super::coverage::{CoverageSums, IdLayer};
+use super::halves::{Half, HalfCounts};
 use super::layer::Layer;
 use super::tiles::{Tile, TileGrid, Tiling};
 use crate::color::Rgb;
@@ -14,6 +15,8 @@ use std::ops::Range;
 pub struct PassSums {
     /// The passes.
     pub(super) passes: Range<u32>,
+    /// How many of them are in each half.
+    pub(super) half_counts: HalfCounts,
     /// Completed batches.
     pub(super) batches: BatchCounts,
     /// Moments of sums over all pixels, over completed batches: of the beauty, and of the beauty
@@ -30,9 +33,9 @@ pub(super) struct TileSums {
     pub(super) sums: Vec<[f64; 3]>,
     /// Sum over passes of the square, by pixel and layer with a variance.
     pub(super) squares: Vec<[f64; 3]>,
-    /// Sum over even passes less that over odd ones, by pixel and layer with a variance; empty
-    /// unless the shape has [`PixelShape::halves`].
-    pub(super) halves: Vec<[f64; 3]>,
+    /// Sum over the passes of the first half less that over the second, by pixel and layer with a
+    /// variance.
+    pub(super) halves: Vec<[f32; 3]>,
     /// Sum over passes, by pixel and id layer.
     pub(super) coverage: Vec<CoverageSums>,
     /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without
@@ -48,8 +51,6 @@ pub(super) struct PixelShape {
     pub(super) layers: usize,
     pub(super) with_variance: usize,
     pub(super) id_layers: usize,
-    /// Layers with differences of even and odd passes: those with a variance, or none.
-    pub(super) halves: usize,
 }
 
 impl PixelShape {
@@ -58,15 +59,6 @@ impl PixelShape {
             layers: layers.len(),
             with_variance: layers.iter().filter(|layer| layer.has_variance()).count(),
             id_layers: id_layers.len(),
-            halves: 0,
-        }
-    }
-
-    /// The same with differences of even and odd passes.
-    pub(super) fn with_halves(self) -> Self {
-        PixelShape {
-            halves: self.with_variance,
-            ..self
         }
     }
 }
@@ -77,6 +69,7 @@ impl PassSums {
         let tiles = TileGrid::new(size, Tiling::UNSHIFTED).tiles();
         PassSums {
             passes: first..first,
+            half_counts: HalfCounts::default(),
             batches: BatchCounts::default(),
             image_moments: Default::default(),
             tiles: tiles.map(|tile| TileSums::new(tile, shape)).collect(),
@@ -97,6 +90,7 @@ impl PassSums {
     pub(super) fn append(&mut self, next: &PassSums) {
         debug_assert_eq!(self.passes.end, next.passes.start);
         self.passes.end = next.passes.end;
+        self.half_counts.add(next.half_counts);
         self.batches.merge(next.batches);
         for (moments, next) in self.image_moments.iter_mut().zip(&next.image_moments) {
             moments.merge(next);
@@ -132,7 +126,7 @@ impl TileSums {
             tile,
             sums: vec![[0.0; 3]; tile.count() * shape.layers],
             squares: vec![[0.0; 3]; tile.count() * shape.with_variance],
-            halves: vec![[0.0; 3]; tile.count() * shape.halves],
+            halves: vec![[0.0; 3]; tile.count() * shape.with_variance],
             coverage: vec![CoverageSums::new(); tile.count() * shape.id_layers],
             batch: Default::default(),
             moments: BatchMoments::default(),
@@ -142,7 +136,11 @@ impl TileSums {
     fn append(&mut self, next: &TileSums) {
         add_all(&mut self.sums, &next.sums);
         add_all(&mut self.squares, &next.squares);
-        add_all(&mut self.halves, &next.halves);
+        for (half, next) in
+            (self.halves.as_flattened_mut().iter_mut()).zip(next.halves.as_flattened())
+        {
+            *half += next;
+        }
         for (sums, next) in self.coverage.iter_mut().zip(&next.coverage) {
             next.iter().for_each(|&(id, weight)| sums.add(id, weight));
         }
@@ -150,14 +148,14 @@ impl TileSums {
     }
 
     /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of the
-    /// emission, if recorded; `sign` is 1 in even passes and -1 in odd ones.
+    /// emission, if recorded; `half` is that of the pass.
     pub(super) fn commit(
         &mut self,
         i: usize,
         pixel: &[Rgb],
         emission: Option<usize>,
         with_variance: &[usize],
-        sign: f64,
+        half: Half,
     ) {
         let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
@@ -170,18 +168,13 @@ impl TileSums {
             *sum += f64::from(value);
         }
         let squares = &mut self.squares[i * with_variance.len()..][..with_variance.len()];
-        for (square, &l) in squares.iter_mut().zip(with_variance) {
-            let Rgb { r, g, b } = pixel[l];
-            square[0] += f64::from(r) * f64::from(r);
-            square[1] += f64::from(g) * f64::from(g);
-            square[2] += f64::from(b) * f64::from(b);
-        }
-        if self.halves.is_empty() {
-            return;
-        }
         let halves = &mut self.halves[i * with_variance.len()..][..with_variance.len()];
-        for (half, &l) in halves.iter_mut().zip(with_variance) {
-            *half = add(*half, pixel[l].to_array().map(|v| sign * f64::from(v)));
+        let sign = half.sign();
+        for ((square, difference), &l) in squares.iter_mut().zip(halves).zip(with_variance) {
+            for (c, v) in pixel[l].to_array().into_iter().enumerate() {
+                square[c] += f64::from(v) * f64::from(v);
+                difference[c] += sign * v;
+            }
         }
     }
 }

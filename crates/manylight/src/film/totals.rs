@@ -36,12 +36,13 @@ impl<'f> TileTotals<'f> {
             .map_or(current, |blocks| add(blocks.squares[k], current))
     }
 
-    /// Difference of even and odd passes with index `k`, by pixel and layer with a variance.
+    /// Difference of the halves with index `k`, by pixel and layer with a variance.
     #[inline]
-    pub(super) fn half(&self, k: usize) -> [f64; 3] {
-        let current = self.current.halves[k];
-        self.completed
-            .map_or(current, |blocks| add(blocks.halves[k], current))
+    pub(super) fn half_difference(&self, k: usize) -> [f64; 3] {
+        let current = self.current.halves[k].map(f64::from);
+        self.completed.map_or(current, |blocks| {
+            add(blocks.halves[k].map(f64::from), current)
+        })
     }
 
     /// Coverage with index `k`, by pixel and id layer.

@@ -58,9 +58,6 @@ pub fn estimated_memory(
 ) -> Vec<StageMemory> {
     let (size, layers) = (scene.sensor.desc().film.crop_size, method.layers());
     let mut film = Film::bytes_for(size, &layers, &method.extra.id_layers(), sums);
-    if method.has_sequences() {
-        film = film.saturating_add(Film::bytes_for_sequences(size, &layers, sums));
-    }
     if let MethodKind::Mixed(_) = method.kind {
         film = film.saturating_add(Mixed::bytes_for(size, &layers));
     }

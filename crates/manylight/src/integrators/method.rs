@@ -3,7 +3,7 @@
 use super::many_light::{Compensation, ManyLight, Strategy};
 use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
-use crate::film::{IdLayer, Layer};
+use crate::film::{Half, IdLayer, Layer};
 use crate::scene::PathLimits;
 
 /// A method with its settings.
@@ -107,11 +107,13 @@ impl Method {
         lights.map_or(1, |(lights, passes)| lights.group_count(passes))
     }
 
-    /// Whether passes continue sequences of samples, as in
-    /// [`Film::with_sequences`](crate::film::Film::with_sequences).
-    pub fn has_sequences(&self) -> bool {
-        use MethodKind::{Direct, Mixed, Path};
-        matches!(self.kind, Path | Direct | Mixed(_))
+    /// The half of the passes to which pass `index` belongs. Passes of different halves share neither
+    /// virtual lights nor a sequence of samples.
+    pub fn half_of_pass(&self, index: u32) -> Half {
+        match self.lights() {
+            Some(lights) => lights.place_in_half(index).0,
+            None => Half::of_set(index),
+        }
     }
 
     /// The layers that this method fills, beauty first.

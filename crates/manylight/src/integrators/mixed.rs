@@ -90,13 +90,14 @@ impl Mixed {
         let layers = (film.layers(), film.id_layers());
         let samples = self.path_samples.get();
         let Pass { seed, index } = run.pass;
-        // Even passes continue one sequence of samples and odd passes another, as in
-        // [`Film::with_sequences`].
+        // Path tracing continues one sequence of samples in even passes and another in odd ones. Here
+        // a half of the passes, to which whole groups belong, has one.
+        let (half, place) = self.lights.place_in_half(index);
         let passes = (0..samples).map(|s| Pass {
             seed: seed ^ PATH_SEED,
             index: 2_u32
-                .wrapping_mul((index >> 1).wrapping_mul(samples).wrapping_add(s))
-                .wrapping_add(index & 1),
+                .wrapping_mul(place.wrapping_mul(samples).wrapping_add(s))
+                .wrapping_add(half.index() as u32),
         });
         run.stats.time("shade", || {
             let pixels = (&film.desc().sampler(), Tiling::OF_STREAMS);

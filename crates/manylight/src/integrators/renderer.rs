@@ -72,6 +72,7 @@ impl<'s> Renderer<'s> {
         if self.begins_batch(run.pass.index) {
             film.begin_batch();
         }
+        film.set_half(self.method.half_of_pass(run.pass.index));
         match &self.method.kind {
             MethodKind::Path => path::render_pass(scene, limits, run, film),
             MethodKind::Direct => {

@@ -2,7 +2,7 @@
 
 use crate::emitters::EmissionGuide;
 use crate::film::blocks::{DEFAULT_BLOCK, passes_of_block};
-use crate::film::{Film, PassSums};
+use crate::film::{ErrorBars, Film, PassSums};
 use crate::integrators::{ExtraLayers, KeptLights, Method, MethodKind, PassContext, Renderer};
 use crate::sampling::{Pass, rng};
 use crate::scene::Scene;
@@ -15,9 +15,12 @@ use std::time::{Duration, Instant};
 
 /// Tells the seeds of frames from that of a picture.
 const FRAMES: u64 = 0xf4a3_e500_5eed;
-/// Least number of passes after which [`Film::relative_error`] may end a render: a variance
-/// estimated from fewer is too noisy.
+/// Least number of passes after which an error may end a render: a variance estimated from fewer is
+/// too noisy.
 const MIN_PASSES_FOR_ERROR: u32 = 4;
+/// Passes grow by one in this number until the error is asked for again: a render ends by at most an
+/// eighth too late.
+const ERROR_STEP: u32 = 8;
 
 /// The end of a render: at the first limit that is reached. At least one pass is always made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,7 +29,7 @@ pub struct Budget {
     pub passes: Option<u32>,
     /// The render ends after the pass that ends nearest to this time.
     pub time: Option<Duration>,
-    /// The render ends when [`Film::relative_error`] is at most this.
+    /// The render ends when [`Observer::error`] is at most this.
     pub relative_error: Option<f32>,
 }
 
@@ -58,6 +61,13 @@ pub struct RenderJob<'s> {
 pub trait Observer {
     /// Is called after every complete pass. `Break` ends the render after this pass.
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()>;
+
+    /// Relative error of the picture that `film` becomes, which [`Budget::relative_error`] bounds;
+    /// `None` if it is not known, or not due. Is called after every pass if there is such a bound.
+    fn error(&mut self, film: &Film) -> Option<f32> {
+        let bars = error_is_due(film.passes(), ERROR_STEP).then(|| ErrorBars::of_film(film))?;
+        bars.map(|bars| bars.stated.at_most)
+    }
 
     /// Is called when the render ends, with a film that [`resume`] can continue.
     fn ended(&mut self, _film: &Film, _stats: &Stats, _elapsed: Duration) {}
@@ -256,7 +266,7 @@ impl<'j, 's> Passes<'j, 's> {
         let never = AtomicBool::new(false);
         let stop = loop {
             let is_first = film.passes() == 0;
-            if !is_first && self.job.budget.is_spent(&film, elapsed()) {
+            if !is_first && self.job.budget.is_spent(&film, elapsed(), observer) {
                 break Stop::Budget;
             }
             if !self.render_next(frame, &mut film, if is_first { &never } else { cancel }) {
@@ -323,11 +333,7 @@ impl RenderJob<'_> {
     pub fn film(&self, first: u32) -> Film {
         let desc = self.scene.sensor.desc().film.clone();
         let id_layers = self.method.extra.id_layers();
-        let film = Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first);
-        match self.method.has_sequences() {
-            true => film.with_sequences(),
-            false => film,
-        }
+        Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first)
     }
 }
 
@@ -348,11 +354,38 @@ impl Budget {
         }
     }
 
-    fn is_spent(&self, film: &Film, elapsed: Duration) -> bool {
+    fn is_spent(&self, film: &Film, elapsed: Duration, observer: &mut dyn Observer) -> bool {
         let passes = film.passes();
         self.passes.is_some_and(|limit| passes >= limit)
             // Another pass would end farther beyond the limit than this one ended before it.
             || self.time.is_some_and(|limit| elapsed + elapsed / (2 * passes) >= limit)
-            || self.relative_error.is_some_and(|limit| passes >= MIN_PASSES_FOR_ERROR && film.relative_error() <= limit)
+            || self.relative_error.is_some_and(|limit| observer.error(film).is_some_and(|error| error <= limit))
+    }
+}
+
+/// Whether an error is to be known after this number of passes: after 4, and each time that passes
+/// have grown by one in `step`. It depends on nothing else, so that resumed renders end alike.
+pub fn error_is_due(passes: u32, step: u32) -> bool {
+    let next = |&due: &u32| Some(due + due.div_ceil(step));
+    let mut due = std::iter::successors(Some(MIN_PASSES_FOR_ERROR), next);
+    due.find(|&due| due >= passes) == Some(passes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_due_more_and_more_rarely() {
+        let due = |step| {
+            (0..40)
+                .filter(|&passes| error_is_due(passes, step))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            due(8),
+            [4, 5, 6, 7, 8, 9, 11, 13, 15, 17, 20, 23, 26, 30, 34, 39]
+        );
+        assert_eq!(due(2), [4, 6, 9, 14, 21, 32]);
     }
 }

@@ -4,6 +4,6 @@ pub mod job;
 
 pub use crate::stats::Stats;
 pub use job::{
-    Budget, Observer, Outcome, RenderJob, Stop, Walkthrough, make_lights, render, render_blocks,
-    render_film, resume,
+    Budget, Observer, Outcome, RenderJob, Stop, Walkthrough, error_is_due, make_lights, render,
+    render_blocks, render_film, resume,
 };

@@ -77,8 +77,8 @@ impl Pass {
 
 /// Sequences of points in [0, 1)⁴ over the passes of an item: Owen-scrambled Sobol' points. Those
 /// of different items, and different sequences of an item, are independent. The sample variance
-/// over passes overestimates the variance of their mean;
-/// [`Film::with_sequences`](crate::film::Film::with_sequences) does not.
+/// over passes overestimates the variance of their mean; the difference of two halves of the passes
+/// ([`Half`](crate::film::Half)), each with its own sequences, does not.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SobolSequences {
     key: u32,

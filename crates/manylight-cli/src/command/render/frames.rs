@@ -11,6 +11,7 @@ use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use crate::session::Session;
+use crate::stated_error::error_bars;
 use crate::values::FrameRange;
 use manylight::film::Film;
 use manylight::render::{RenderJob, Stop, Walkthrough};
@@ -102,14 +103,17 @@ impl Run<'_> {
             print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
         }
         let request = of_frame(session, frame);
+        let bars = error_bars(film, denoised.picture.as_ref());
         let mut report: RenderReport = session.report(job, film.passes());
         report.settings.request = &request;
+        report.error = bars.as_ref().map(|bars| bars.stated);
         let camera = session.scene.camera(job.frame);
         let metadata = report.metadata();
         let facts = PictureFacts::new(&session.scene, camera, film.id_layers(), metadata);
         let source = PictureSource {
             film,
-            denoised: denoised.image.as_ref(),
+            denoised: denoised.picture.as_ref(),
+            bars: bars.as_deref(),
             facts: &facts,
         };
         let files = files(&session.request, frame);

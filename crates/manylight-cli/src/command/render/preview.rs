@@ -6,10 +6,10 @@ use crate::output::{Console, print_message};
 use crate::picture::{NamedFilm, RGB, channels, full_name, named};
 use crate::request::RenderRequest;
 use crate::session::Session;
-use manylight::film::{Film, Layer};
-use manylight::image::Image;
+use manylight::film::{ErrorBars, Film, Layer};
 use manylight::integrators::StageMemory;
 use manylight::render::{Observer, Outcome, RenderJob, Stats, Stop};
+use manylight_denoise::DenoisedImage;
 use manylight_io::image::ImageLayer;
 use manylight_lab::noise::NOISY;
 use manylight_preview::{Picture, Preview, Progress, RenderInfo, RenderState};
@@ -78,7 +78,12 @@ impl RenderPreview {
     }
 
     /// Shows the final picture, denoised if it is.
-    pub(super) fn finish(&mut self, outcome: &Outcome, denoised: Option<&Image>, stats: &Stats) {
+    pub(super) fn finish(
+        &mut self,
+        outcome: &Outcome,
+        denoised: Option<&DenoisedImage>,
+        stats: &Stats,
+    ) {
         let state = match outcome.stop {
             Stop::Budget => RenderState::Done,
             Stop::Cancelled => RenderState::Interrupted,
@@ -140,7 +145,7 @@ fn info(request: &RenderRequest) -> RenderInfo {
 
 fn snapshot(named: NamedFilm, elapsed: Duration, state: RenderState, stats: &Stats) -> Picture {
     let (start, film) = (Instant::now(), named.film);
-    let (layers, error) = rayon::join(|| layers(&named), || film.relative_error());
+    let (layers, bars) = rayon::join(|| layers(&named), || ErrorBars::of_film(film));
     let size = film.image_size();
     let picture = Picture {
         width: size.x as usize,
@@ -149,7 +154,7 @@ fn snapshot(named: NamedFilm, elapsed: Duration, state: RenderState, stats: &Sta
         progress: Progress {
             passes: film.passes(),
             seconds: elapsed.as_secs_f64(),
-            error: error.is_finite().then_some(error),
+            error: bars.map(|bars| bars.stated.pixels),
             state,
         },
     };
@@ -177,7 +182,7 @@ fn layers(named_film: &NamedFilm) -> Vec<ImageLayer> {
         ImageLayer { name, channels }
     };
     let layers = entries.into_iter().map(layer_of);
-    let denoised = denoised.map(|image| named("", RGB, image));
+    let denoised = denoised.map(|denoised| named("", RGB, &denoised.image));
     let mut layers: Vec<ImageLayer> = denoised.into_iter().chain(layers).collect();
     if let (Some(alpha), Some(first)) = (film.alpha(), layers.first_mut()) {
         first.channels.push(("A".into(), alpha.data));
@@ -192,6 +197,7 @@ mod tests {
     use crate::picture;
     use manylight::color::Rgb;
     use manylight::film::{FilmDesc, Filter};
+    use manylight::image::Image;
     use manylight::math::UVec2;
     use std::sync::atomic::{AtomicBool, AtomicU64};
 
@@ -217,14 +223,17 @@ mod tests {
                 }
             });
         }
-        let denoised = Image::new(19, 11, 3);
+        let denoised = DenoisedImage {
+            image: Image::new(19, 11, 3),
+            bars: None,
+        };
         for denoised in [None, Some(&denoised)] {
             let named_film = NamedFilm {
                 film: &film,
                 denoised,
                 groups: &[],
             };
-            let mut expected = picture::film_layers(&named_film, AovNames::Manylight);
+            let mut expected = picture::film_layers(&named_film, None, AovNames::Manylight);
             expected.retain(|layer| !layer.name.contains("variance"));
             assert_eq!(layers(&named_film), expected);
         }

@@ -33,6 +33,11 @@ fn run(folder: &Folder, options: &str, expected: &[u8]) -> (Ended, Duration) {
     (ended, start.elapsed())
 }
 
+/// Whether a layer of a file has variances or error bars, which viewers do not receive.
+fn is_of_noise(layer: &str) -> bool {
+    layer.contains("variance") || layer.contains("error")
+}
+
 /// Lines on standard error that are warnings.
 fn warnings(ended: &Ended) -> Vec<String> {
     let text = ended.stderr();

@@ -1,7 +1,7 @@
 //! `--preview browser`: who may see the page, and what it receives.
 
 use super::http::{answer, ask, events, parts, read_answer};
-use super::{RENDER, Served, plain_image, run, warnings};
+use super::{RENDER, Served, is_of_noise, plain_image, run, warnings};
 use crate::support::{BOX, Folder};
 use manylight_io::image::read_layered_image;
 use manylight_lab::viewer::halves;
@@ -70,10 +70,10 @@ fn a_page_that_weighs_lights_receives_their_groups() {
     assert_eq!(names, ["image", "Combined_lamp"]);
 }
 
-/// Checks that the events hold every layer of the file but its variances.
+/// Checks that the events hold every layer of the file but those of its noise.
 fn check_final(last: &[&Value], folder: &Folder, file: &str) {
     let picture = read_layered_image(&folder.path(file)).unwrap();
-    let layers = || (picture.layers.iter()).filter(|layer| !layer.name.contains("variance"));
+    let layers = || (picture.layers.iter()).filter(|layer| !is_of_noise(&layer.name));
     assert_eq!(last.len(), layers().count());
     assert_eq!(last[0]["state"], "done");
     assert!(last[0]["error"].as_f64().unwrap() > 0.0);

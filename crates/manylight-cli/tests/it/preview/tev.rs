@@ -1,7 +1,7 @@
 //! `--preview tev`: packets, and viewers that are missing, slow, or go away.
 
 use super::tev_reader::{Received, TevImage, listen, read_all, read_packet};
-use super::{RENDER, plain_image, run, warnings};
+use super::{RENDER, is_of_noise, plain_image, run, warnings};
 use crate::support::{BOX, Folder};
 use manylight_io::image::read_layered_image;
 use std::io::{BufRead, BufReader};
@@ -10,12 +10,12 @@ use std::process::Stdio;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-/// Checks that the image holds the layers of the file but its variances and mattes, bit by bit.
+/// Checks that the image holds the layers of the file but those of its noise and mattes, bit by bit.
 fn check_final(image: &TevImage, folder: &Folder, file: &str) {
     let picture = read_layered_image(&folder.path(file)).unwrap();
     assert_eq!((image.width, image.height), (picture.width, picture.height));
     let expected: Vec<&(String, Vec<f32>)> = (picture.layers.iter())
-        .filter(|layer| !layer.name.contains("variance") && !layer.name.starts_with("Crypto"))
+        .filter(|layer| !is_of_noise(&layer.name) && !layer.name.starts_with("Crypto"))
         .flat_map(|layer| &layer.channels)
         .collect();
     assert_eq!(image.channels.len(), expected.len());

@@ -20,6 +20,7 @@
 //! noise.
 
 use super::{ManyLight, Resampling};
+use crate::film::Half;
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::math::UVec2;
@@ -79,6 +80,25 @@ impl ManyLight {
         let end = |start: u32| passes_with(self, start).end;
         let ends = std::iter::successors(Some(0), |&start| Some(end(start)));
         ends.take_while(|&start| start < passes).count() as u32
+    }
+
+    /// The half of pass `index`, to which whole groups belong in turn, and the number of passes of
+    /// this half before it.
+    pub(in crate::integrators) fn place_in_half(&self, index: u32) -> (Half, u32) {
+        let mut counts = [0; 2];
+        let (mut k, mut group) = (0, passes_with(self, 0));
+        while group.start < MAX_GROUP_PASSES && !group.contains(&index) {
+            counts[Half::of_set(k).index()] += group.len() as u32;
+            (k, group) = (k + 1, passes_with(self, group.end));
+        }
+        // From here on groups have equal numbers of passes.
+        let length = group.len() as u32;
+        let (groups, place) = (
+            (index - group.start) / length,
+            (index - group.start) % length,
+        );
+        let half = Half::of_set(k + groups);
+        (half, counts[half.index()] + groups / 2 * length + place)
     }
 }
 
@@ -292,6 +312,29 @@ mod tests {
         assert_eq!(of_frames(1).len(), 1);
         let cuts = ManyLight::rich_lightcuts().of_frames(Some(5));
         assert_eq!(cuts.group_count(5), 5);
+    }
+
+    /// Whole groups belong to a half, and its passes are counted without gaps.
+    #[test]
+    fn groups_belong_to_both_halves_in_turn() {
+        let method = ManyLight::rich_vpl();
+        for (method, groups) in [
+            (method, 8),
+            (method.of_frames(Some(8)), 5),
+            (ManyLight::rich_lightcuts(), 40),
+        ] {
+            let (mut counts, mut halves) = ([0; 2], Vec::new());
+            for pass in 0..40 {
+                let (half, place) = method.place_in_half(pass);
+                assert_eq!(place, counts[half.index()], "pass {pass}");
+                counts[half.index()] += 1;
+                if method.pass_group(pass).passes.start == pass {
+                    halves.push(half);
+                }
+            }
+            let in_turn: Vec<Half> = (0..groups).map(Half::of_set).collect();
+            assert_eq!(halves, in_turn);
+        }
     }
 
     #[test]
