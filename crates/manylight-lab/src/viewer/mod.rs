@@ -55,6 +55,9 @@ struct ViewerImage {
     /// One value per column; empty for the reference.
     #[serde(rename = "figures")]
     metrics: Vec<Option<f64>>,
+    /// Whether it has error bars.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    has_bars: bool,
     #[serde(flatten)]
     pixels: Option<EncodedPixels>,
 }
@@ -66,6 +69,9 @@ struct EncodedPixels {
     rgb: String,
     /// HDR-FLIP of each pixel as one byte; `None` for the reference.
     flip: Option<String>,
+    /// Error bars of the pixels, as `rgb`; `None` if they are not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bars: Option<String>,
     /// The light groups, from which the page makes the picture with other lights.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     lights: Vec<EncodedLight>,
@@ -91,6 +97,7 @@ impl EncodedPixels {
         EncodedPixels {
             rgb: pixel_halves(&image.rgb),
             flip: flip.map(bytes),
+            bars: image.bars.as_ref().map(|bars| pixel_halves(&bars.pixels)),
             lights: image.light.groups.iter().map(light).collect(),
             sum: image.light.sum.as_deref().map(pixel_halves),
         }
@@ -145,12 +152,14 @@ impl ImageGroup {
                 .iter()
                 .map(|metric| (metric.value)(comparison))
                 .collect(),
+            has_bars: image.bars.is_some(),
             pixels: Some(EncodedPixels::new(image, Some(&comparison.flip_map))),
         };
         let mut all: Vec<ViewerImage> = images.iter().zip(comparisons).map(shown).collect();
         all.push(ViewerImage {
             name: reference_name.to_owned(),
             metrics: Vec::new(),
+            has_bars: false,
             pixels: Some(EncodedPixels::new(reference, None)),
         });
         ImageGroup {
@@ -244,7 +253,7 @@ fn bytes(values: &[f32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{LightGroups, compare};
+    use crate::compare::{ErrorBars, LightGroups, compare};
 
     fn frame(value: f32) -> ComparisonImage {
         let rgb = vec![[value, 0.5, 1e9], [f32::NAN, -1.0, 0.0]];
@@ -304,6 +313,25 @@ mod tests {
         let lights = serde_json::json!([{"name": "key", "rgb": half}]);
         assert_eq!(pixels(&image)["lights"], lights);
         assert_eq!(pixels(&image)["sum"], halves([0.75; 6].into_iter()));
+    }
+
+    #[test]
+    fn images_with_error_bars_have_those_of_pixels() {
+        let mut image = frame(1.0);
+        let bars = |value| vec![[value; 3]; 2];
+        image.bars = Some(ErrorBars {
+            pixels: bars(0.25),
+            blocks: bars(0.5),
+        });
+        let pixels = serde_json::json!(EncodedPixels::new(&image, None));
+        assert_eq!(pixels["bars"], halves([0.25; 6].into_iter()));
+        let reference = frame(2.0);
+        let comparison = compare("own", &image, &reference);
+        let of = (&reference, "reference");
+        let group = ImageGroup::new("title".into(), &[image], &[comparison], of);
+        let group = serde_json::json!(group);
+        assert_eq!(group["images"][0]["has_bars"], true);
+        assert_eq!(group["images"][1].get("has_bars"), None);
     }
 
     #[test]

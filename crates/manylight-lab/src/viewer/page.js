@@ -4,11 +4,12 @@
 
   // Pixels.
 
-  /** Decodes the pixels of an image: linear values by the chosen lights, and HDR-FLIP as bytes. Keeps a cache of bitmaps. */
+  /** Decodes the pixels of an image: linear values by the chosen lights, HDR-FLIP as bytes, error bars. Keeps a cache of bitmaps. */
   function decoded(image) {
     if (!image.rendered) {
       image.rendered = valuesOf(image.rgb);
       image.seen = image.flip ? bytesOf(image.flip) : null;
+      image.barValues = image.bars ? valuesOf(image.bars) : null;
     }
     if (image.factors !== state.factors) {
       image.factors = state.factors;
@@ -27,8 +28,11 @@
     return relit(image.added, image.groups, state.factors);
   }
 
-  /** `mode`, where it is known: HDR-FLIP is that of the lights as rendered. */
-  const knownMode = (mode) => (mode === "flip" && state.factors.size > 0 ? "image" : mode);
+  /** `mode`, where it is known: HDR-FLIP and error bars are those of the lights as rendered. */
+  const knownMode = (mode) => (["flip", "bars"].includes(mode) && state.factors.size > 0 ? "image" : mode);
+
+  /** `mode`, where it is known of a decoded image. The reference has no error, and some images have no error bars. */
+  const modeOf = (image, mode) => (image.seen && (mode !== "bars" || image.barValues) ? knownMode(mode) : "image");
 
   const isLoaded = (group) => group.images[0].rgb !== undefined;
 
@@ -135,12 +139,24 @@
       scale: ["0", "1"],
       place: (x, r, mean, i) => x.seen[i / 3] / 255,
     },
+    bars: {
+      label: "Error bars",
+      colors: table(SIGNED),
+      scale: ["-2 bars", "+2 bars"],
+      place: (x, r, mean, i) => 0.5 + differenceInBars(x, r, i) / 4,
+    },
   };
+  if (!data.groups.some((group) => group.images.some((image) => image.has_bars))) delete MODES.bars;
+
+  /** The difference of the channel that is farthest off, in error bars; 0 without a difference. */
+  function differenceInBars(x, r, i) {
+    const channels = [0, 1, 2].map((c) => (x.values[i + c] - r.values[i + c]) / x.barValues[i + c] || 0);
+    return channels.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a));
+  }
 
   function bitmapOf(group, image, mode, exposure) {
     const reference = decoded(group.images.at(-1));
-    // The reference has no error: the image itself is displayed.
-    const shown = decoded(image).seen ? knownMode(mode) : "image";
+    const shown = modeOf(decoded(image), mode);
     const key = shown === "image" ? `image ${exposure}` : shown;
     if (!image.bitmaps.has(key)) {
       if (shown === "image") for (const old of image.bitmaps.keys()) if (old.startsWith("image")) image.bitmaps.delete(old);
@@ -397,7 +413,8 @@
       const rgb = [0, 1, 2].map((c) => decoded(image).values[i + c].toPrecision(4).padStart(9)).join(" ");
       const error = image.seen ? `  error ${(100 * relativeError(image.values, reference.values, meanOf(reference), i)).toFixed(1)} %` : "";
       const flip = image.seen && knownMode("flip") === "flip" ? `  FLIP ${(image.seen[i / 3] / 255).toFixed(2)}` : "";
-      return `${rgb}${error}${flip}  ${image.name}`;
+      const bars = modeOf(image, "bars") === "bars" ? `  ${differenceInBars(image, reference, i).toFixed(2)} bars` : "";
+      return `${rgb}${error}${flip}${bars}  ${image.name}`;
     };
     readout.textContent = `pixel ${pixel.column}, ${pixel.row}\n${line(group.images[state.left])}\n${line(group.images[state.right])}  `;
   }
