@@ -39,7 +39,10 @@ class SceneSettings(bpy.types.PropertyGroup):
         name="Time limit", description="Stop after this time without loading, in seconds; 0: no limit", min=0.0, unit="NONE"
     )
     target_error: FloatProperty(
-        name="Target error", description="Stop below this estimated relative error; 0: none", min=0.0, precision=4
+        name="Target error",
+        description="Stop when the relative error of the picture, denoised if it is, is at most this; 0: none",
+        min=0.0,
+        precision=4,
     )
     lights: IntProperty(
         name="Lights",

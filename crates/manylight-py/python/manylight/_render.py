@@ -47,7 +47,7 @@ def render(
         passes: Samples per pixel in total; a pass of a many-light method is one sample per pixel. Without ``passes``, ``time`` and
             ``target_error``, a default number.
         time: Seconds, or text such as ``"10m"``; the render stops after the pass that ends closest to it.
-        target_error: The render stops when the estimated relative error of the image is below this value.
+        target_error: The render stops when the relative error of the image, denoised if it is, is at most this value with 95 % confidence.
         seed: Images with the same seed have the same bits, for any number of threads.
         size: Width and height in pixels. Default: the size in the scene.
         progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
