@@ -49,10 +49,12 @@ def measured(args, scene: dict, reference: Path, method: str, seed: int, folder:
         command += ["--max-depth", str(scene["max_depth"]), "--passes", str(args.passes), "--seed", str(seed), "--threads", "1"]
         done = subprocess.run([*command, "-o", str(image), "-q", "--json", *denoise], check=True, capture_output=True, text=True)
         error, found = json.loads(done.stdout)["error"], compare(args.manylight, image, reference)
+        if error is None:
+            rows.append([math.nan] * 4)
+            continue
         true = math.sqrt(max(found["relmse"] - found["reference_noise"]["relmse"], 1e-12))
         inside = found["within_bars"]
         rows.append([inside["pixels"], inside["blocks"], error["pixels"] / true, float(true <= error["pixels_at_most"])])
-        image.unlink()
     return rows
 
 

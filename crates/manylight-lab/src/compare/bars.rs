@@ -7,15 +7,6 @@ use serde::Serialize;
 /// Half-width of a normal interval that holds 95 %, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
-/// Half-widths of the intervals at 95 % around the values of an image, per channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorBars {
-    /// Of each pixel.
-    pub pixels: Vec<[f32; 3]>,
-    /// For each pixel, of the mean over the 8x8 block around it.
-    pub blocks: Vec<[f32; 3]>,
-}
-
 /// Fractions of the values `x` with `|x - r| <= √(bar² + (1.96 σ)²)`, with `σ` the standard error of
 /// the reference, or 0 if it is not known. 0.95 is expected of true bars.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -88,6 +79,7 @@ impl Share {
 
 #[cfg(test)]
 mod tests {
+    use super::super::image::ErrorBars;
     use super::*;
 
     /// Bars of 0.1 for pixels and 0.02 for blocks around 1.

@@ -1,6 +1,5 @@
 //! The channels of an image that a comparison needs.
 
-use super::bars::ErrorBars;
 use super::layers::{self, Found, NotFound};
 use crate::noise::{self, BLOCK_ERROR, ERROR, MeanNoise, NOISY};
 use manylight_io::image::LayeredImage;
@@ -35,6 +34,15 @@ pub struct LightGroups {
     pub groups: Vec<(String, Vec<[f32; 3]>)>,
     /// What the groups add up to, where this is not the image: the image before it was denoised.
     pub sum: Option<Vec<[f32; 3]>>,
+}
+
+/// Half-widths of the intervals at 95 % around the values of an image, per channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorBars {
+    /// Of each pixel.
+    pub pixels: Vec<[f32; 3]>,
+    /// For each pixel, of the mean over the 8x8 block around it.
+    pub blocks: Vec<[f32; 3]>,
 }
 
 /// What is known of the correlation between the noise of different pixels.

@@ -19,12 +19,12 @@ mod table;
 #[cfg(test)]
 mod testing;
 
-pub use bars::{BarCoverage, ErrorBars};
+pub use bars::BarCoverage;
 pub use blocks::BlockScores;
 pub use comparison::{Comparison, WithoutEmitters, compare};
 pub use files::{compare_file, read_image};
 pub use flip::flip_map;
-pub use image::{ComparisonImage, ImageChannelsError, LightGroups, NoiseCorrelation};
+pub use image::{ComparisonImage, ErrorBars, ImageChannelsError, LightGroups, NoiseCorrelation};
 pub use metrics::{Errors, Means, NoiseFloor, Quantiles};
 pub use ssim::ssim;
 pub use table::table;

@@ -47,6 +47,9 @@ const BIAS_FACTOR: f32 = 2.0;
 /// Floor of the squared value in relative errors, in units of the squared mean of the picture. A
 /// larger floor gives dark pixels less weight.
 const DARK_FLOOR: f32 = 0.01;
+/// Factor of the upper bound for what the model of errors lacks: stated errors go down to 0.87 times the
+/// true ones in the mean over seeds (eight scenes, `path`, as rendered and filtered).
+const MODEL_FACTOR: f32 = 1.15;
 /// Quantile of a normal distribution below which 95 % lie.
 const ONE_SIDED_95: f64 = 1.645;
 
@@ -68,7 +71,8 @@ pub struct StatedError {
     pub pixels: f32,
     /// Of means over tiles.
     pub blocks: f32,
-    /// Upper bound of `pixels`, with a confidence of 95 %: as if tiles were drawn at random.
+    /// Upper bound of `pixels`, with a confidence of 95 %: as if tiles were drawn at random, with a
+    /// margin for the model.
     pub at_most: f32,
     /// The part of the squared error in the hundredth of the tiles with the largest; 0 for fewer than
     /// a hundred tiles.
@@ -148,7 +152,8 @@ impl StatedError {
         StatedError {
             pixels: mean_square.sqrt() as f32,
             blocks: mean(&tiles.data).sqrt() as f32,
-            at_most: (mean_square + ONE_SIDED_95 * deviation / count.sqrt()).sqrt() as f32,
+            at_most: MODEL_FACTOR
+                * (mean_square + ONE_SIDED_95 * deviation / count.sqrt()).sqrt() as f32,
             concentration: (in_largest / sum.max(f64::MIN_POSITIVE)) as f32,
         }
     }
