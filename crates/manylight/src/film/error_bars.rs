@@ -194,9 +194,9 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// 0 for 0 / 0.
+/// 0 where the divisor is 0.
 fn quotient(a: &Image, b: &Image) -> Image {
-    combined(a, b, |a, b| if a > 0.0 { a / b } else { 0.0 })
+    combined(a, b, |a, b| if b > 0.0 { a / b } else { 0.0 })
 }
 
 fn combined(a: &Image, b: &Image, value: impl Fn(f32, f32) -> f32) -> Image {
@@ -391,6 +391,37 @@ mod tests {
         assert!((concentration(&relative) - 0.01).abs() < 1e-3);
         relative.data[3 * (80 * 20 + 30)..][..3].fill(1000.0);
         assert!(concentration(&relative) > 0.9);
+    }
+
+    /// A filter may leave noise where the picture has none.
+    #[test]
+    fn a_picture_without_noise_has_finite_bars() {
+        let desc = film(1, 1, 1, 0.0).desc().clone();
+        let mut black = Film::new(desc, &[Layer::Beauty]);
+        for pass in 0..4 {
+            black.begin_batch();
+            black.set_half(Half::of_set(pass));
+            black.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |_| {});
+        }
+        black.begin_batch();
+        let image = black.image(Layer::Beauty).unwrap();
+        let noisy = combined(&image, &image, |_, _| 1e-3);
+        for bars in [
+            ErrorBars::of_film(&black),
+            ErrorBars::of_filtered(&black, &image, [&image, &noisy]),
+        ] {
+            let ErrorBars {
+                pixels,
+                blocks,
+                stated,
+            } = bars.unwrap();
+            let all = pixels.data.iter().chain(&blocks.data);
+            assert!(all.copied().all(f32::is_finite));
+            assert!(
+                stated.pixels.is_finite() && stated.at_most.is_finite(),
+                "{stated:?}"
+            );
+        }
     }
 
     #[test]
