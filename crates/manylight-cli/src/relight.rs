@@ -9,8 +9,8 @@
 //! V(Σ c_g X_g) = Σ c_g² V_g + ρ ((Σ c_g σ_g)² - Σ c_g² V_g),   σ_g = √V_g,
 //! ```
 //!
-//! the variance of the sum gives ρ. The result is exact for equal factors, and where one group alone
-//! has light; in general it is an estimate, never above the bound (Σ c_g σ_g)².
+//! the variance of the sum gives ρ. The result is exact for equal factors, and where one group
+//! alone has light; in general it is an estimate, never above the bound (Σ c_g σ_g)².
 
 use crate::failure::Failure;
 use crate::picture::{GROUP_VARIANCE, RGB, full_name};

@@ -12,8 +12,8 @@ use std::time::Duration;
 /// times the limit: 15 is the largest ratio of both errors in eight scenes.
 const MOST_GAIN: f32 = 20.0;
 
-/// Passes grow by one in this number until the picture is denoised again to learn its error, which takes
-/// as long as many passes.
+/// Passes grow by one in this number until the picture is denoised again to learn its error, which
+/// takes as long as many passes.
 const DENOISED_STEP: u32 = 2;
 
 /// An observer that asks for the error of the picture that is written, and calls another observer.

@@ -196,8 +196,8 @@ impl Oidn {
     }
 }
 
-// SAFETY: the functions of the library may be called by several threads at once; it serializes those
-// of one device. The fields do not change after `Oidn::open`.
+// SAFETY: the functions of the library may be called by several threads at once; it serializes
+// those of one device. The fields do not change after `Oidn::open`.
 unsafe impl Sync for Oidn {}
 
 impl Drop for Oidn {

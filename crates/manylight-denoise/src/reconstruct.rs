@@ -28,9 +28,9 @@ pub struct DenoisedImage {
 /// pass, or if the film has no terms, the beauty is filtered as a whole. Emission stays as it is if
 /// the filter spreads its lamps. A film below 8 pixels in width or height is not filtered.
 ///
-/// The error bars follow from both halves of the passes. Each is denoised in the same way, but without
-/// the average over reflections, and large ones as a whole: the bars take half of the time of the
-/// picture.
+/// The error bars follow from both halves of the passes. Each is denoised in the same way, but
+/// without the average over reflections, and large ones as a whole: the bars take half of the time
+/// of the picture.
 ///
 /// # Errors
 /// `cancel` becomes true, or the library reports an error.

@@ -2,7 +2,8 @@
 //!
 //! Near a border the library darkens and brightens: the pixels of a constant image of 0.5 become
 //! 0.45 to 0.60. A margin of mirrored pixels takes these errors. The library does not commute with
-//! reflections, so that its results for an image and its reflections have partly independent errors.
+//! reflections, so that its results for an image and its reflections have partly independent
+//! errors.
 
 use crate::oidn::{Features, FilterError, Oidn};
 use manylight::image::Image;

@@ -25,7 +25,8 @@ pub const NOISY: &str = "noisy";
 /// which is denoised where there is a layer [`NOISY`].
 pub const ERROR: &str = "error";
 
-/// The layer with the error bars of the means over 8x8 blocks; all pixels of a block hold its value.
+/// The layer with the error bars of the means over 8x8 blocks; all pixels of a block hold its
+/// value.
 pub const BLOCK_ERROR: &str = "block_error";
 
 const BATCHES: &str = "batches";

@@ -201,7 +201,7 @@ impl Image {
         self.passes
     }
 
-    /// Upper bound of the relative error of the picture, with 95 % confidence; infinite if it is unknown.
+    /// Upper bound of the relative error, with 95 % confidence; infinite if it is unknown.
     #[getter]
     fn relative_error(&self) -> f32 {
         self.relative_error

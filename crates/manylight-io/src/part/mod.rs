@@ -16,9 +16,9 @@
 //! `manylight.sha256` is the SHA-256 of the whole file in hexadecimal digits, taken with 64 zeros
 //! in the place of the digits.
 //!
-//! Arrays are those of [`manylight::film::arrays`], little-endian `F64`, `F32` and `U32` in row order.
-//! Their names begin with a group: `block.K.` for blocks of passes; `completed.` and `current.` for
-//! a checkpoint.
+//! Arrays are those of [`manylight::film::arrays`], little-endian `F64`, `F32` and `U32` in row
+//! order. Their names begin with a group: `block.K.` for blocks of passes; `completed.` and
+//! `current.` for a checkpoint.
 //!
 //! A file of kept lights has the entry `manylight.lights` instead: a [`LightsHeader`]. Its arrays,
 //! `F32` and `U32`, are those of [`KeptLights::arrays`]; `group.K.` begins the names of a group of

@@ -7,8 +7,8 @@ use serde::Serialize;
 /// Half-width of a normal interval that holds 95 %, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
-/// Fractions of the values `x` with `|x - r| <= √(bar² + (1.96 σ)²)`, with `σ` the standard error of
-/// the reference, or 0 if it is not known. 0.95 is expected of true bars.
+/// Fractions of the values `x` with `|x - r| <= √(bar² + (1.96 σ)²)`, with `σ` the standard error
+/// of the reference, or 0 if it is not known. 0.95 is expected of true bars.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BarCoverage {
     /// Of pixels and channels.

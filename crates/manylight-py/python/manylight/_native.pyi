@@ -34,7 +34,7 @@ class Image:
         """Number of passes; 0 if it is unknown."""
     @property
     def relative_error(self) -> float:
-        """Upper bound of the relative error of the picture, with 95 % confidence; infinite if it is unknown."""
+        """Upper bound of the relative error, with 95 % confidence; infinite if it is unknown."""
     @property
     def interrupted(self) -> bool:
         """Whether the render was interrupted."""

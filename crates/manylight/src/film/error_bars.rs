@@ -1,19 +1,19 @@
 //! Error bars: intervals that hold the true values of a picture with a probability of 95 %.
 //!
-//! A bar is 1.96 standard errors `s` wide. They are smoothed relative to the values of the picture, so
-//! that a lamp does not count on what is beside it. With `d = x² + 0.01 m²`, `m` the mean of the
+//! A bar is 1.96 standard errors `s` wide. They are smoothed relative to the values of the picture,
+//! so that a lamp does not count on what is beside it. With `d = x² + 0.01 m²`, `m` the mean of the
 //! picture, and `G` a Gaussian mean:
 //!
-//! * As rendered, `s² = d G[v / d]`, where `v` is the variance of the pixel or block. A variance from
-//!   few passes is as noisy as the value, and low where the value is low by chance: therefore it is
-//!   smoothed. So is the `x` in `d`, as `G[√x]²`, in which rare bright samples count little.
-//! * Filtered, `s² = 2 d G[√(v / d)]²`. With `a` and `b` the filtered halves of `n_a` and `n_b` of the
-//!   `n` passes, and `y = (n_a a + n_b b) / n`, `v = n_a n_b / n² (a - b)² + c (x - y)²`. The first
-//!   term estimates the variance of `y`. The bias of a filter falls with the noise that it is given:
-//!   `y` has that of half as many passes, and what `x` has less tells what it still has. For blocks
-//!   one pair of halves says too little: there the first term is the variance of the block as
-//!   rendered, times the ratio by which the filter has changed it in a wider neighborhood, and `s² =
-//!   d G[v / d]`.
+//! * As rendered, `s² = d G[v / d]`, where `v` is the variance of the pixel or block. A variance
+//!   from few passes is as noisy as the value, and low where the value is low by chance: therefore
+//!   it is smoothed. So is the `x` in `d`, as `G[√x]²`, in which rare bright samples count little.
+//! * Filtered, `s² = 2 d G[√(v / d)]²`. With `a` and `b` the filtered halves of `n_a` and `n_b` of
+//!   the `n` passes, and `y = (n_a a + n_b b) / n`, `v = n_a n_b / n² (a - b)² + c (x - y)²`. The
+//!   first term estimates the variance of `y`. The bias of a filter falls with the noise that it is
+//!   given: `y` has that of half as many passes, and what `x` has less tells what it still has. For
+//!   blocks one pair of halves says too little: there the first term is the variance of the block
+//!   as rendered, times the ratio by which the filter has changed it in a wider neighborhood, and
+//!   `s² = d G[v / d]`.
 
 use super::{Film, Layer, TILE_SIZE};
 use crate::image::Image;
@@ -21,18 +21,18 @@ use crate::image::Image;
 /// Half-width of a normal interval that holds 95 %, in standard deviations.
 const NORMAL_95: f32 = 1.96;
 /// Standard deviation of the smoothing of variances of pixels, in pixels. With none, 27 to 86 % of
-/// pixels are inside the bars, with this 92 to 96 %, and with 1 84 to 95 % (eight scenes, 16 passes of
-/// `path`, as are the figures below).
+/// pixels are inside the bars, with this 92 to 96 %, and with 1 84 to 95 % (eight scenes, 16 passes
+/// of `path`, as are the figures below).
 const SMOOTHING: f32 = 1.5;
-/// Standard deviation of the smoothing of the values in `d`, in pixels. The stated error is 0.8 to 1.4
-/// times the true one, with 1.5 0.7 to 1.2 times, and without smoothing 0.1 to 0.8 times.
+/// Standard deviation of the smoothing of the values in `d`, in pixels. The stated error is 0.8 to
+/// 1.4 times the true one, with 1.5 0.7 to 1.2 times, and without smoothing 0.1 to 0.8 times.
 const VALUE_SMOOTHING: f32 = 2.0;
 /// Standard deviation of the smoothing of variances and values of blocks, in tiles. 94 to 96 % of
 /// blocks are inside the bars; without smoothing of values 78 to 96 %.
 const TILE_SMOOTHING: f32 = 1.0;
 /// Standard deviation of the smoothing of squared differences of filtered halves, which have one
-/// degree of freedom, in pixels. At 3 the standard errors that hold 95 % vary by 13 % over scenes, with
-/// this by 7 %.
+/// degree of freedom, in pixels. At 3 the standard errors that hold 95 % vary by 13 % over scenes,
+/// with this by 7 %.
 const FILTERED_SMOOTHING: f32 = 2.0;
 /// Mean square over the squared mean of errors: π/2 if they are normal. With it the stated error of
 /// `rich-vpl` is 0.80 to 0.98 times the true one.
@@ -41,14 +41,14 @@ const TAIL_FACTOR: f32 = 2.0;
 /// leaves, in tiles. At 2 the standard errors that hold 95 % vary by 11 %, with this by 9 %
 /// (`rich-vpl`).
 const RATIO_SMOOTHING: f32 = 5.0;
-/// Factor `c` of `(x - y)²`: that of a bias that falls as `n^-0.77`. With 1, 2 and 4 `path` needs 1.05,
-/// 0.98 and 0.91 times the standard errors of `rich-vpl` to hold 95 %.
+/// Factor `c` of `(x - y)²`: that of a bias that falls as `n^-0.77`. With 1, 2 and 4 `path` needs
+/// 1.05, 0.98 and 0.91 times the standard errors of `rich-vpl` to hold 95 %.
 const BIAS_FACTOR: f32 = 2.0;
 /// Floor of the squared value in relative errors, in units of the squared mean of the picture. A
 /// larger floor gives dark pixels less weight.
 const DARK_FLOOR: f32 = 0.01;
-/// Factor of the upper bound for what the model of errors lacks: stated errors go down to 0.87 times the
-/// true ones in the mean over seeds (eight scenes, `path`, as rendered and filtered).
+/// Factor of the upper bound for what the model of errors lacks: stated errors go down to 0.87
+/// times the true ones in the mean over seeds (eight scenes, `path`, as rendered and filtered).
 const MODEL_FACTOR: f32 = 1.15;
 /// Quantile of a normal distribution below which 95 % lie.
 const ONE_SIDED_95: f64 = 1.645;
@@ -74,8 +74,8 @@ pub struct StatedError {
     /// Upper bound of `pixels`, with a confidence of 95 %: as if tiles were drawn at random, with a
     /// margin for the model.
     pub at_most: f32,
-    /// The part of the squared error in the hundredth of the tiles with the largest; 0 for fewer than
-    /// a hundred tiles.
+    /// The part of the squared error in the hundredth of the tiles with the largest; 0 for fewer
+    /// than a hundred tiles.
     pub concentration: f32,
 }
 
@@ -255,8 +255,8 @@ mod tests {
         1.0 + 0.02 * pixel.x as f32
     }
 
-    /// Passes of skewed noise, in which a batch of `batch` passes has `shared` noise in all pixels of a
-    /// tile.
+    /// Passes of skewed noise, in which a batch of `batch` passes has `shared` noise in all pixels
+    /// of a tile.
     fn film(seed: u64, passes: u32, batch: u32, shared: f32) -> Film {
         let desc = FilmDesc {
             size: SIZE,

@@ -135,8 +135,8 @@ impl Film {
 
     /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance
     /// over passes, divided by their number, times a factor per tile and channel for passes that
-    /// depend on each other ([`Half`]). Infinite with fewer than two passes. `None` if the film does
-    /// not record the layer, or it is neither the beauty nor one of its terms.
+    /// depend on each other ([`Half`]). Infinite with fewer than two passes. `None` if the film
+    /// does not record the layer, or it is neither the beauty nor one of its terms.
     pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
         let k = self.variance_index(layer)?;
         if self.passes() < 2 {
@@ -208,9 +208,9 @@ impl Film {
         at.y * self.tile_columns() + at.x
     }
 
-    /// Variance of the mean of the beauty over each tile, per channel, from completed batches; those
-    /// of single passes are corrected by the factor of [`Film::layer_variance`]. All pixels of a
-    /// tile hold the variance of that tile. Infinite with fewer than two completed batches.
+    /// Variance of the mean of the beauty over each tile, per channel, from completed batches;
+    /// those of single passes are corrected by the factor of [`Film::layer_variance`]. All pixels
+    /// of a tile hold the variance of that tile. Infinite with fewer than two completed batches.
     pub fn block_variance(&self) -> Image {
         let batches = self.batch_counts();
         let factors = batches.are_single_passes().then(|| self.half_factors(0));

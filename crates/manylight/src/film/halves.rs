@@ -11,8 +11,8 @@
 use super::batches::add;
 
 /// Pixels with a ratio of 1 that a mean of ratios contains beside those of the tiles. Where few
-/// pixels have noise, the factor stays close to 1. With one tile of 64 pixels with noise they change
-/// the factor by at most 2 in 66, 3 %.
+/// pixels have noise, the factor stays close to 1. With one tile of 64 pixels with noise they
+/// change the factor by at most 2 in 66, 3 %.
 const PRIOR_PIXELS: f64 = 2.0;
 
 /// One of two halves of the passes. Passes of different halves are independent.

@@ -46,8 +46,9 @@ const COPIES: f64 = 2.0;
 /// it is 0.12 instead of 0.012.
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
-/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage. `sums` is the number of sums over passes that are held at once: see [`Film::bytes_for`].
-/// Traces some photons by `guide`, which is that of the render.
+/// Memory of a render by `method` of `passes` passes, or of one without end, stage by stage. `sums`
+/// is the number of sums over passes that are held at once: see [`Film::bytes_for`]. Traces some
+/// photons by `guide`, which is that of the render.
 pub fn estimated_memory(
     (method, sets): (&Method, LightSets),
     scene: &Scene,

@@ -107,8 +107,8 @@ impl Method {
         lights.map_or(1, |(lights, passes)| lights.group_count(passes))
     }
 
-    /// The half of the passes to which pass `index` belongs. Passes of different halves share neither
-    /// virtual lights nor a sequence of samples.
+    /// The half of the passes to which pass `index` belongs. Passes of different halves share
+    /// neither virtual lights nor a sequence of samples.
     pub fn half_of_pass(&self, index: u32) -> Half {
         match self.lights() {
             Some(lights) => lights.place_in_half(index).0,

@@ -1,10 +1,10 @@
 //! The weighted mean of virtual lights and path tracing, term by term.
 //!
 //! Both methods estimate the same terms of the path partition, with independent noise. A term of a
-//! pass is `(1 - w) x + w y`, with `x` the pass by virtual lights, `y` the mean of `k` path samples,
-//! and `w` and `k` the same in all passes. The mean is that of both methods for any `w`, and the
-//! noise is least where the weights are inverse to the variances. A film sees one pass: variances,
-//! parts and resumed renders are those of any method.
+//! pass is `(1 - w) x + w y`, with `x` the pass by virtual lights, `y` the mean of `k` path
+//! samples, and `w` and `k` the same in all passes. The mean is that of both methods for any `w`,
+//! and the noise is least where the weights are inverse to the variances. A film sees one pass:
+//! variances, parts and resumed renders are those of any method.
 //!
 //! Virtual lights and compensation share paths, so that they have one weight. Path tracing brings
 //! them all as [`Layer::VirtualLights`].
@@ -90,8 +90,8 @@ impl Mixed {
         let layers = (film.layers(), film.id_layers());
         let samples = self.path_samples.get();
         let Pass { seed, index } = run.pass;
-        // Path tracing continues one sequence of samples in even passes and another in odd ones. Here
-        // a half of the passes, to which whole groups belong, has one.
+        // Path tracing continues one sequence of samples in even passes and another in odd ones.
+        // Here a half of the passes, to which whole groups belong, has one.
         let (half, place) = self.lights.place_in_half(index);
         let passes = (0..samples).map(|s| Pass {
             seed: seed ^ PATH_SEED,

@@ -46,8 +46,8 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// The virtual lights of the first `passes` passes, made before them. `None` if cancelled, or if
-    /// the method has no virtual lights.
+    /// The virtual lights of the first `passes` passes, made before them. `None` if cancelled, or
+    /// if the method has no virtual lights.
     pub fn make_lights(&self, passes: u32, run: &PassContext) -> Option<KeptLights<'s>> {
         let (scene, limits) = (self.scene, self.method.limits);
         let cx = LightsContext {

@@ -18,8 +18,8 @@ const FRAMES: u64 = 0xf4a3_e500_5eed;
 /// Least number of passes after which an error may end a render: a variance estimated from fewer is
 /// too noisy.
 const MIN_PASSES_FOR_ERROR: u32 = 4;
-/// Passes grow by one in this number until the error is asked for again: a render ends by at most an
-/// eighth too late.
+/// Passes grow by one in this number until the error is asked for again: a render ends by at most
+/// an eighth too late.
 const ERROR_STEP: u32 = 8;
 
 /// The end of a render: at the first limit that is reached. At least one pass is always made.
@@ -47,7 +47,8 @@ pub struct RenderJob<'s> {
     /// The frame of a walkthrough, among [`Scene::frames`]; `None`: the picture of the sensor. All
     /// frames have the same photons and virtual lights, which [`Walkthrough`] makes once.
     pub frame: Option<u32>,
-    /// Virtual lights that were made before, by [`make_lights`]; `None`: they are made pass by pass.
+    /// Virtual lights that were made before, by [`make_lights`]; `None`: they are made pass by
+    /// pass.
     pub lights: Option<&'s KeptLights<'s>>,
     /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP).
     /// Another number rounds otherwise.
@@ -149,8 +150,8 @@ pub fn resume(
     passes.render_to_the_end(job.frame, film, elapsed, cancel, observer)
 }
 
-/// The frames of a walkthrough, whose photons and virtual lights are made once. A frame has the bits
-/// of its render alone.
+/// The frames of a walkthrough, whose photons and virtual lights are made once. A frame has the
+/// bits of its render alone.
 pub struct Walkthrough<'j, 's>(Passes<'j, 's>);
 
 impl<'j, 's> Walkthrough<'j, 's> {
@@ -306,8 +307,8 @@ impl<'j, 's> Passes<'j, 's> {
     }
 }
 
-/// The seed of what the frames of a walkthrough do not share: noise that neither lasts from frame to
-/// frame nor sticks to the screen.
+/// The seed of what the frames of a walkthrough do not share: noise that neither lasts from frame
+/// to frame nor sticks to the screen.
 fn seed_of_frame(seed: u64, index: u32) -> u64 {
     rng::mix(seed ^ rng::mix(FRAMES ^ u64::from(index)))
 }

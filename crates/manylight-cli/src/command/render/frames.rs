@@ -173,8 +173,8 @@ fn files(request: &RenderRequest, frame: u32) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The name of a file with the number of a frame: in the place of the last run of `#` in it, with as
-/// many digits, or before the extension.
+/// The name of a file with the number of a frame: in the place of the last run of `#` in it, with
+/// as many digits, or before the extension.
 fn numbered(path: &Path, frame: u32) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let numbered = match name.rfind('#') {

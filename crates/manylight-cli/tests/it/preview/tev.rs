@@ -10,7 +10,8 @@ use std::process::Stdio;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-/// Checks that the image holds the layers of the file but those of its noise and mattes, bit by bit.
+/// Checks that the image holds the layers of the file but those of its noise and mattes, bit by
+/// bit.
 fn check_final(image: &TevImage, folder: &Folder, file: &str) {
     let picture = read_layered_image(&folder.path(file)).unwrap();
     assert_eq!((image.width, image.height), (picture.width, picture.height));

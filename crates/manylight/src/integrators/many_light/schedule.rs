@@ -139,7 +139,8 @@ impl PassGroup {
 
 /// The passes that share the lights of pass `index`: a power of two of them, at most
 /// [`MAX_GROUP_PASSES`], and no more than came before, beyond [`ManyLight::first_passes`]; one pass
-/// with cuts, which are through all lights of a pass. Product cuts are through all lights of a group.
+/// with cuts, which are through all lights of a pass. Product cuts are through all lights of a
+/// group.
 fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
     if matches!(method.strategy, Strategy::Cuts(_)) {
         return index..index + 1;
@@ -209,8 +210,8 @@ impl LightSubsets {
         }
     }
 
-    /// What tells this division from others of the same group: the number of subsets, the first one,
-    /// and the key of the patterns.
+    /// What tells this division from others of the same group: the number of subsets, the first
+    /// one, and the key of the patterns.
     pub(super) fn numbers(&self) -> [u32; 3] {
         [self.count, self.first, self.key as u32]
     }
@@ -235,8 +236,8 @@ impl LightSubsets {
         })
     }
 
-    /// The lights of `pixel` in pass `index`. `frame` changes the order of the patterns, so that they
-    /// do not stick to the screen in a walkthrough; 0 outside of one.
+    /// The lights of `pixel` in pass `index`. `frame` changes the order of the patterns, so that
+    /// they do not stick to the screen in a walkthrough; 0 outside of one.
     pub(super) fn of_pixel(&self, index: u32, pixel: UVec2, frame: u64) -> Subset {
         let place = place_in_pattern(pixel, self.interleaving, self.key ^ frame);
         let ahead = place * (self.shaded / self.interleaving.pow(2));
