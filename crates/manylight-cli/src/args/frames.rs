@@ -36,7 +36,7 @@ pub(crate) struct FrameArgs {
     #[serde(serialize_with = "written::frames")]
     pub(crate) frames: Option<FrameRange>,
 
-    /// Do not render frames whose pictures exist.
+    /// Skip frames that have all of their image files.
     #[arg(long)]
     #[serde(skip)]
     pub(crate) skip_existing: bool,

@@ -17,8 +17,7 @@ pub struct BarCoverage {
     pub blocks: f64,
 }
 
-/// Coverage over the kept pixels, and the blocks whose pixels are all kept; `None` unless the image
-/// has bars.
+/// Coverage of the kept pixels, and of blocks without other pixels; `None` if the image has no bars.
 pub(super) fn bar_coverage(
     image: &ComparisonImage,
     reference: &ComparisonImage,

@@ -9,11 +9,11 @@
 //!   it is smoothed. So is the `x` in `d`, as `G[√x]²`, in which rare bright samples count little.
 //! * Filtered, `s² = 2 d G[√(v / d)]²`. With `a` and `b` the filtered halves of `n_a` and `n_b` of
 //!   the `n` passes, and `y = (n_a a + n_b b) / n`, `v = n_a n_b / n² (a - b)² + c (x - y)²`. The
-//!   first term estimates the variance of `y`. The bias of a filter falls with the noise that it is
-//!   given: `y` has that of half as many passes, and what `x` has less tells what it still has. For
-//!   blocks one pair of halves says too little: there the first term is the variance of the block
-//!   as rendered, times the ratio by which the filter has changed it in a wider neighborhood, and
-//!   `s² = d G[v / d]`.
+//!   first term estimates the variance of `y`. The second term estimates the squared bias of the
+//!   filter. The bias falls as passes are added, and `y` comes from half as many passes as `x`.
+//! * Blocks of filtered pictures have `s² = d G[v / d]`. One pair of halves is too few for the
+//!   variance of a block. The first term of `v` is its variance as rendered, times the ratio of
+//!   filtered to rendered noise in a wider neighborhood.
 
 use super::{Film, Layer, TILE_SIZE};
 use crate::image::Image;
@@ -25,7 +25,7 @@ const NORMAL_95: f32 = 1.96;
 /// of `path`, as are the figures below).
 const SMOOTHING: f32 = 1.5;
 /// Standard deviation of the smoothing of the values in `d`, in pixels. The stated error is 0.8 to
-/// 1.4 times the true one, with 1.5 0.7 to 1.2 times, and without smoothing 0.1 to 0.8 times.
+/// 1.4 times the true one. At 1.5 pixels it is 0.7 to 1.2 times, and unsmoothed 0.1 to 0.8 times.
 const VALUE_SMOOTHING: f32 = 2.0;
 /// Standard deviation of the smoothing of variances and values of blocks, in tiles. 94 to 96 % of
 /// blocks are inside the bars; without smoothing of values 78 to 96 %.
@@ -34,12 +34,11 @@ const TILE_SMOOTHING: f32 = 1.0;
 /// degree of freedom, in pixels. At 3 the standard errors that hold 95 % vary by 13 % over scenes,
 /// with this by 7 %.
 const FILTERED_SMOOTHING: f32 = 2.0;
-/// Mean square over the squared mean of errors: π/2 if they are normal. With it the stated error of
-/// `rich-vpl` is 0.80 to 0.98 times the true one.
+/// Ratio of the mean square of errors to their squared mean. Normal errors have π/2, by which the
+/// stated error of `rich-vpl` is 0.80 to 0.98 times the true one.
 const TAIL_FACTOR: f32 = 2.0;
-/// Standard deviation of the neighborhood whose noise tells how much of that of blocks a filter
-/// leaves, in tiles. At 2 the standard errors that hold 95 % vary by 11 %, with this by 9 %
-/// (`rich-vpl`).
+/// Standard deviation of the means from which the ratio of filtered to rendered noise is taken, in
+/// tiles. At 2 the standard errors that hold 95 % vary by 11 %, at 5 by 9 % (`rich-vpl`).
 const RATIO_SMOOTHING: f32 = 5.0;
 /// Factor `c` of `(x - y)²`: that of a bias that falls as `n^-0.77`. With 1, 2 and 4 `path` needs
 /// 1.05, 0.98 and 0.91 times the standard errors of `rich-vpl` to hold 95 %.
@@ -47,8 +46,8 @@ const BIAS_FACTOR: f32 = 2.0;
 /// Floor of the squared value in relative errors, in units of the squared mean of the picture. A
 /// larger floor gives dark pixels less weight.
 const DARK_FLOOR: f32 = 0.01;
-/// Factor of the upper bound for what the model of errors lacks: stated errors go down to 0.87
-/// times the true ones in the mean over seeds (eight scenes, `path`, as rendered and filtered).
+/// Margin of the upper bound. Stated errors are at least 0.87 times the true ones in the mean over
+/// seeds (eight scenes, `path`, as rendered and filtered).
 const MODEL_FACTOR: f32 = 1.15;
 /// Quantile of a normal distribution below which 95 % lie.
 const ONE_SIDED_95: f64 = 1.645;
@@ -229,7 +228,7 @@ fn tiles_of(image: &Image) -> Image {
     tiles
 }
 
-/// The image of `film` whose pixels have the values of their tiles.
+/// Copies the value of each tile of `film` to its pixels.
 fn to_pixels(tiles: &Image, film: &Film) -> Image {
     let size = film.image_size().as_usizevec2();
     let edge = TILE_SIZE as usize;
@@ -288,7 +287,7 @@ mod tests {
         film
     }
 
-    /// Fractions of pixels and of tiles whose errors are within the bars of `bars`.
+    /// Fractions of the pixels and of the tiles of `image` with the truth within `bars`.
     fn coverage(image: &Image, bars: &ErrorBars) -> [f64; 2] {
         let size = SIZE.as_usizevec2();
         let mut expected = Image::new(size.x, size.y, 3);

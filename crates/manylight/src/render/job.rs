@@ -150,8 +150,8 @@ pub fn resume(
     passes.render_to_the_end(job.frame, film, elapsed, cancel, observer)
 }
 
-/// The frames of a walkthrough, whose photons and virtual lights are made once. A frame has the
-/// bits of its render alone.
+/// Renders the frames of a walkthrough. Photons and virtual lights are made once for all frames. A
+/// frame has the bits of its render alone.
 pub struct Walkthrough<'j, 's>(Passes<'j, 's>);
 
 impl<'j, 's> Walkthrough<'j, 's> {
