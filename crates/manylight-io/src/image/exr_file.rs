@@ -3,7 +3,7 @@
 
 use super::exr_checks::{check_headers, damaged};
 use super::exr_colors::{COLOR_INTEROP_ID, ColorSpace, Colors, Planes, REC_709, text};
-use super::layered::{ImageWindow, LayeredImage, interleave, is_combined};
+use super::layered::{ImageCamera, ImageWindow, LayeredImage, interleave, is_combined};
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -93,6 +93,7 @@ fn decode(bytes: &[u8], colors: Colors) -> Result<(LayeredImage, ColorSpace), Fa
     let space = ColorSpace::of(&image.attributes, first)?;
     let metadata = metadata_of(&first.attributes);
     let window = window_of(&image.attributes.display_window, first);
+    let camera = camera_of(&first.attributes);
     let mut channels = Planes::new();
     for part in image
         .layer_data
@@ -117,6 +118,7 @@ fn decode(bytes: &[u8], colors: Colors) -> Result<(LayeredImage, ColorSpace), Fa
     let image = LayeredImage {
         metadata,
         window,
+        camera,
         ..LayeredImage::from_channels(size.width(), size.height(), channels)
     };
     Ok((image, space))
@@ -139,6 +141,17 @@ fn window_of(
     let size = [part.size.width(), part.size.height()];
     let is_inside = (0..2).all(|i| window.offset[i] + size[i] <= window.full_size[i]);
     (is_inside && size != window.full_size).then_some(window)
+}
+
+/// The camera of a part that has both of its matrices.
+fn camera_of(attributes: &LayerAttributes) -> Option<ImageCamera> {
+    let Vec2(x, y) = attributes.screen_window_center;
+    Some(ImageCamera {
+        camera_from_world: attributes.world_to_camera?,
+        ndc_from_world: attributes.world_to_normalized_device?,
+        screen_center: [x, y],
+        screen_width: attributes.screen_window_width,
+    })
 }
 
 /// All text attributes, sorted by name.

@@ -218,6 +218,7 @@ fn exr_keeps_the_place_of_a_crop_and_the_camera() {
     write_image(&path, &image, 0.0).unwrap();
     let read = read_layered_image(&path).unwrap();
     assert_eq!((read.width, read.height, read.window), (3, 2, Some(window)));
+    assert_eq!(read.camera, image.camera);
     let file = fs::File::open(&path).unwrap();
     let meta =
         exr::meta::MetaData::read_from_buffered(std::io::BufReader::new(file), true).unwrap();
