@@ -8,6 +8,8 @@ FAR = 1e10
 # Start of the names of light groups' passes and layers, and the layer of the world.
 GROUP = "Combined_"
 WORLD_LAYER = f"{GROUP}environment"
+# Start of the names of layers of light groups in a denoised picture.
+DENOISED = "denoised_"
 # Coverage below which a pixel has no surface.
 LEAST_COVERAGE = 1e-6
 
@@ -38,12 +40,13 @@ def of_light_groups(view_layer):
 
 def light_groups(layers, names, world_group, light_behind):
     """The passes `names` of light groups from the layers of a picture. The world has a layer of its own, which belongs to the group
-    `world_group`, if that is not empty, with the light behind the picture, (height, width, 3)."""
+    `world_group`, if that is not empty, with the light behind the picture, (height, width, 3). Groups of denoised pictures are denoised."""
     nothing = np.zeros_like(light_behind)
-    found = {name: layers.get(name, nothing) for name in names}
+    group = lambda name: layers.get(f"{DENOISED}{name}", layers.get(name, nothing))
+    found = {name: group(name) for name in names}
     world = f"{GROUP}{world_group}"
     if world in found:
-        found[world] = found[world] + layers.get(WORLD_LAYER, nothing) + light_behind
+        found[world] = found[world] + group(WORLD_LAYER) + light_behind
     return found
 
 

@@ -46,7 +46,7 @@ class SceneSettings(bpy.types.PropertyGroup):
     )
     lights: IntProperty(
         name="Lights",
-        description="Virtual lights of a pass; 0: as the method says. `lights=auto` in More options suits them to the scene",
+        description="Virtual lights of a pass; 0: as the method says",
         default=0,
         min=0,
     )

@@ -17,7 +17,7 @@ def main(path):
     manylight_render.register()
     scene = test_materials.all_lamps()
     scene.render.resolution_x, scene.render.resolution_y = 256, 192
-    pictures = [renders.color(renders.manylight("rich-vpl", 16, more="lights=auto")), renders.color(renders.cycles(256))]
+    pictures = [renders.color(renders.manylight("rich-vpl", 16)), renders.color(renders.cycles(256))]
     values = np.clip(np.concatenate(pictures, 1), 0, 1) ** (1 / 2.2)
     Image.fromarray((255 * values).astype(np.uint8)).save(path, quality=88)
 

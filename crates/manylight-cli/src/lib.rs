@@ -16,11 +16,11 @@
 //!  8 part pre_pass interim kept_lights target_error
 //!  7 session memory
 //!  6 report
-//!  5 relight repeat study_interface
+//!  5 relight repeat steady study_interface
 //!  4 choice light_groups request picture progress usage
 //!  3 args method
 //!  2 preset version
-//!  1 light_options output interrupt
+//!  1 light_options output interrupt frame_files
 //!  0 failure names values stated_error
 //! ```
 
@@ -29,6 +29,7 @@ mod choice;
 mod command;
 pub mod embed;
 mod failure;
+mod frame_files;
 mod interim;
 mod interrupt;
 mod kept_lights;
@@ -50,6 +51,7 @@ mod report;
 mod request;
 mod session;
 mod stated_error;
+mod steady;
 mod study_interface;
 mod target_error;
 mod usage;
@@ -127,6 +129,7 @@ fn run(command: &Command) -> Result<u8, Failure> {
         Command::Maps(args) => command::maps::run(args),
         Command::Merge(args) => command::merge::run(args),
         Command::Relight(args) => command::relight::run(args),
+        Command::Steady(args) => command::steady::run(args),
         Command::Compare(args) => command::compare::run(args),
         Command::Study(args) => command::study::run(args),
         Command::Info(args) => command::info::run(args),

@@ -13,12 +13,14 @@
 //! alone has light; in general it is an estimate, never above the bound (Σ c_g σ_g)².
 
 use crate::failure::Failure;
-use crate::picture::{GROUP_VARIANCE, RGB, full_name};
+use crate::picture::{
+    DENOISED_GROUP, GROUP_VARIANCE, color_layer, derived_image, full_name, last_part,
+    layers_without_light, metadata_without_noise, picture_name, planes,
+};
 use crate::values::GroupWeight;
-use manylight::film::Layer;
-use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, is_combined, light_group};
+use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, light_group};
 use manylight_io::shown_path;
-use manylight_lab::noise::{BLOCK_ERROR, ERROR, NOISY};
+use manylight_lab::noise::NOISY;
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -27,15 +29,20 @@ const FACTORS: &str = "relight.";
 /// Light outside of all groups, relative to the picture, below which it counts as rounding.
 const ROUNDING: f32 = 1e-4;
 
+/// Values of pixels, by channel.
+type Planes<'i> = [&'i [f32]; 3];
+
 /// A light group of a picture.
 struct Group<'i> {
     name: &'i str,
     /// Name of its layer.
     layer: &'i str,
     /// By channel.
-    planes: [&'i [f32]; 3],
+    planes: Planes<'i>,
     /// By channel, if it is known.
-    variances: Option<[&'i [f32]; 3]>,
+    variances: Option<Planes<'i>>,
+    /// The light of the group in the denoised picture.
+    denoised: Option<Planes<'i>>,
     factors: [f32; 3],
 }
 
@@ -60,70 +67,64 @@ pub(crate) fn relight(
     content: RelitContent,
 ) -> Result<LayeredImage, Failure> {
     let groups = weighed(path, groups(image), weights)?;
-    let name = beauty(image);
-    let Some(total) = planes(image, name) else {
+    let (sum, name) = (sum_of_groups(image), picture_name(image));
+    let Some(total) = planes(image, sum) else {
         let message = format!("{} has no picture, only layers", shown_path(path));
         return Err(Failure::usage(message, "give an exr file of a render"));
     };
-    let sums = (0..3).map(|c| weighed_sum(&groups, total[c], c)).collect();
-    let mut picture = layer(picture_name(name), sums);
-    let alpha = full_name(picture_name(name), "A");
+    let weighed = weighed_sum(
+        groups.iter().map(|group| (group.planes, group.factors)),
+        total,
+    );
+    let denoised = denoised_sum(&groups, image, name).filter(|_| name != sum);
+    let (mut picture, noisy) = match denoised {
+        Some(denoised) => (color_layer(name, denoised), Some(color_layer(sum, weighed))),
+        None => (color_layer(name, weighed), None),
+    };
+    let alpha = full_name(name, "A");
     if let Some(values) = image.channel(&alpha) {
         picture.channels.push((alpha, values.to_vec()));
     }
     let mut layers = vec![picture];
     if content == RelitContent::Layers {
-        layers.extend(other_layers(image, name, &groups));
+        layers.extend(noisy);
+        layers.extend(other_layers(image, sum, &groups));
     }
-    Ok(LayeredImage {
-        layers,
-        metadata: metadata(image, &groups),
-        ..image_without_layers(image)
-    })
+    Ok(derived_image(image, layers, metadata(image, &groups)))
 }
 
-/// The variance of the sum of the groups, which is the layer `beauty`, the groups, and the layers
-/// that light does not change.
-fn other_layers(image: &LayeredImage, beauty: &str, groups: &[Group]) -> Vec<ImageLayer> {
+/// The variance of the layer `sum`, the sum of the groups, then the groups, and the layers that
+/// light does not change.
+fn other_layers(image: &LayeredImage, sum: &str, groups: &[Group]) -> Vec<ImageLayer> {
     let mut layers: Vec<ImageLayer> = Vec::new();
-    let variance = planes(image, &beside(beauty, "variance"));
+    let variance = planes(image, &beside(sum, "variance"));
     if let Some(variance) = variance
         && groups.iter().all(|group| group.variances.is_some())
     {
         let of = |c: usize| weighed_variance(groups, variance[c], c);
         let variances = (0..3).map(of).collect();
-        layers.push(layer(&beside(beauty, "variance"), variances));
+        layers.push(color_layer(&beside(sum, "variance"), variances));
     }
     for group in groups {
-        let times = |planes: [&[f32]; 3], power: i32| {
+        let times = |planes: Planes, power: i32| {
             let plane = |c: usize| {
                 let factor = group.factors[c].powi(power);
                 planes[c].iter().map(|v| v * factor).collect()
             };
             (0..3).map(plane).collect()
         };
-        layers.push(layer(group.layer, times(group.planes, 1)));
+        layers.push(color_layer(group.layer, times(group.planes, 1)));
         if let Some(variances) = group.variances {
-            let name = variance_name(group.layer);
-            layers.push(layer(&name, times(variances, 2)));
+            let name = prefixed(GROUP_VARIANCE, group.layer);
+            layers.push(color_layer(&name, times(variances, 2)));
+        }
+        if let Some(denoised) = group.denoised {
+            let name = prefixed(DENOISED_GROUP, group.layer);
+            layers.push(color_layer(&name, times(denoised, 1)));
         }
     }
-    layers.extend(
-        image
-            .layers
-            .iter()
-            .filter(|layer| is_kept(&layer.name))
-            .cloned(),
-    );
+    layers.extend(layers_without_light(image));
     layers
-}
-
-/// The last part of the name of a layer, and what stands before it.
-fn last_part(layer: &str) -> (&str, &str) {
-    match layer.rfind('.') {
-        Some(dot) => (&layer[dot + 1..], &layer[..=dot]),
-        None => (layer, ""),
-    }
 }
 
 /// The name of a layer in the same view layer as `layer`.
@@ -131,32 +132,17 @@ fn beside(layer: &str, name: &str) -> String {
     format!("{}{name}", last_part(layer).1)
 }
 
-/// The layer with the variance of a group.
-fn variance_name(layer: &str) -> String {
+/// The layer whose name is `prefix` and that of `layer`, in the same view layer.
+fn prefixed(prefix: &str, layer: &str) -> String {
     let (last, before) = last_part(layer);
-    format!("{before}{GROUP_VARIANCE}{last}")
+    format!("{before}{prefix}{last}")
 }
 
 /// The layer that is the sum of the groups: of denoised pictures that with the noise.
-fn beauty(image: &LayeredImage) -> &str {
-    let names = || image.layers.iter().map(|layer| layer.name.as_str());
-    let noisy = names().find(|name| last_part(name).0 == NOISY);
-    let combined = || names().find(|name| is_combined(name));
-    noisy.or_else(combined).unwrap_or("")
-}
-
-/// The name of the layer with the picture of a file in which `beauty` is the sum of the groups.
-fn picture_name(beauty: &str) -> &str {
-    let (last, _) = last_part(beauty);
-    match last == NOISY {
-        true => "",
-        false => beauty,
-    }
-}
-
-fn planes<'i>(image: &'i LayeredImage, layer: &str) -> Option<[&'i [f32]; 3]> {
-    let [r, g, b] = [0, 1, 2].map(|c| image.channel(&full_name(layer, RGB[c])));
-    Some([r?, g?, b?])
+fn sum_of_groups(image: &LayeredImage) -> &str {
+    let mut names = image.layers.iter().map(|layer| layer.name.as_str());
+    let noisy = names.find(|name| last_part(name).0 == NOISY);
+    noisy.unwrap_or_else(|| picture_name(image))
 }
 
 /// The light groups of a picture.
@@ -166,7 +152,8 @@ fn groups<'i>(image: &'i LayeredImage) -> Vec<Group<'i>> {
             name: light_group(&layer.name)?,
             layer: &layer.name,
             planes: planes(image, &layer.name)?,
-            variances: planes(image, &variance_name(&layer.name)),
+            variances: planes(image, &prefixed(GROUP_VARIANCE, &layer.name)),
+            denoised: planes(image, &prefixed(DENOISED_GROUP, &layer.name)),
             factors: [1.0; 3],
         })
     };
@@ -208,22 +195,42 @@ fn weighed<'i>(
     Ok(groups)
 }
 
-/// The weighed sum of channel `c` of the groups, and the light of the picture that belongs to none.
-fn weighed_sum(groups: &[Group], total: &[f32], c: usize) -> Vec<f32> {
-    let pixel = |i: usize| {
+/// The weighed sum of the groups in the denoised picture, the layer `name`; `None` if they are not all
+/// known.
+fn denoised_sum(groups: &[Group], image: &LayeredImage, name: &str) -> Option<Vec<Vec<f32>>> {
+    let parts = groups
+        .iter()
+        .map(|group| Some((group.denoised?, group.factors)));
+    let parts: Vec<_> = parts.collect::<Option<_>>()?;
+    Some(weighed_sum(parts.into_iter(), planes(image, name)?))
+}
+
+/// The weighed sum of parts of `total` with their factors, and of the light that belongs to none. By
+/// channel.
+fn weighed_sum<'i>(
+    parts: impl Iterator<Item = (Planes<'i>, [f32; 3])>,
+    total: Planes,
+) -> Vec<Vec<f32>> {
+    let parts: Vec<_> = parts.collect();
+    let pixel = |c: usize, i: usize| {
         let (mut sum, mut weighed) = (0.0, 0.0);
-        for group in groups {
-            let value = group.planes[c][i];
+        for (planes, factors) in &parts {
+            let value = planes[c][i];
             sum += value;
-            weighed += group.factors[c] * value;
+            weighed += factors[c] * value;
         }
-        let rest = total[i] - sum;
-        match rest.abs() > ROUNDING * total[i].abs() {
+        let rest = total[c][i] - sum;
+        match rest.abs() > ROUNDING * total[c][i].abs() {
             true => weighed + rest,
             false => weighed,
         }
     };
-    (0..total.len()).into_par_iter().map(pixel).collect()
+    let plane = |c: usize| {
+        (0..total[c].len())
+            .into_par_iter()
+            .map(move |i| pixel(c, i))
+    };
+    (0..3).map(|c| plane(c).collect()).collect()
 }
 
 /// The variance of that sum, of groups with variances, where their sum has the variance `total`.
@@ -256,42 +263,9 @@ fn weighed_variance(groups: &[Group], total: &[f32], c: usize) -> Vec<f32> {
     (0..total.len()).into_par_iter().map(pixel).collect()
 }
 
-fn layer(name: &str, planes: Vec<Vec<f32>>) -> ImageLayer {
-    let names = RGB.iter().map(|channel| full_name(name, channel));
-    ImageLayer {
-        name: name.to_owned(),
-        channels: names.zip(planes).collect(),
-    }
-}
-
-/// Whether a layer is the same whatever the light: all but the picture, its terms, its variances
-/// and its groups.
-fn is_kept(name: &str) -> bool {
-    let (last, _) = last_part(name);
-    let depends = [
-        "",
-        "Combined",
-        NOISY,
-        "variance",
-        "block_variance",
-        ERROR,
-        BLOCK_ERROR,
-    ];
-    let is_term = |layer: &Layer| {
-        let depends = layer.is_term() || matches!(layer, Layer::CutSize | Layer::CutBound);
-        depends && layer.name() == last
-    };
-    !depends.contains(&last)
-        && light_group(name).is_none()
-        && !last.starts_with(GROUP_VARIANCE)
-        && !Layer::ALL.iter().any(is_term)
-}
-
 /// The metadata of the picture, without the noise of what it was, with the factors of all groups.
 fn metadata(image: &LayeredImage, groups: &[Group]) -> Vec<(String, String)> {
-    let is_noise = |name: &str| name == "batches" || name.starts_with("variance_of_mean");
-    let mut metadata = image.metadata.clone();
-    metadata.retain(|(name, _)| !is_noise(name));
+    let mut metadata = metadata_without_noise(image);
     for group in groups.iter().filter(|group| group.factors != [1.0; 3]) {
         let name = format!("{FACTORS}{}", group.name);
         let before = image.metadata_value(&name);
@@ -306,24 +280,15 @@ fn metadata(image: &LayeredImage, groups: &[Group]) -> Vec<(String, String)> {
     metadata
 }
 
-fn image_without_layers(image: &LayeredImage) -> LayeredImage {
-    LayeredImage {
-        width: image.width,
-        height: image.height,
-        layers: Vec::new(),
-        metadata: Vec::new(),
-        window: image.window,
-        camera: image.camera,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::RGB;
 
     /// A picture of one pixel in view layer `view` with two groups; one channel counts.
     fn picture(view: &str, groups: [f32; 2], variances: [f32; 3]) -> LayeredImage {
-        let pixel = |name: &str, value: f32| layer(&format!("{view}{name}"), vec![vec![value]; 3]);
+        let pixel =
+            |name: &str, value: f32| color_layer(&format!("{view}{name}"), vec![vec![value]; 3]);
         let combined = if view.is_empty() { "" } else { "Combined" };
         LayeredImage {
             width: 1,
@@ -387,9 +352,31 @@ mod tests {
     }
 
     #[test]
+    fn denoised_groups_make_a_denoised_picture() {
+        let mut image = picture("", [2.0, 3.0], [0.4, 0.5, 0.9]);
+        let layer = |name: &str, value: f32| color_layer(name, vec![vec![value]; 3]);
+        image.layers.extend([
+            layer("noisy", 5.0),
+            layer("denoised_Combined_key", 1.5),
+            layer("denoised_Combined_fill", 2.5),
+        ]);
+        image.layers[0] = layer("", 4.0);
+        let relit = relit(&image, &[("key", [2.0; 3])]).unwrap();
+        let value = |name: &str| relit.channel(name).unwrap()[0];
+        assert_eq!([value("R"), value("noisy.R")], [5.5, 7.0]);
+        assert_eq!(value("denoised_Combined_key.G"), 3.0);
+        assert!((value("variance.R") - (4.0 * 0.4 + 0.5)).abs() < 1e-5);
+        // Of pictures without denoised groups, the sum with the noise is what is known.
+        image.layers.pop();
+        let relit = super::tests::relit(&image, &[("key", [2.0; 3])]).unwrap();
+        assert_eq!(relit.channel("R").unwrap(), [7.0]);
+        assert_eq!(relit.channel("noisy.R"), None);
+    }
+
+    #[test]
     fn light_outside_of_all_groups_stays() {
         let mut image = picture("", [2.0, 3.0], [0.0; 3]);
-        image.layers[0] = layer("", vec![vec![6.0]; 3]);
+        image.layers[0] = color_layer("", vec![vec![6.0]; 3]);
         let dark = relit(&image, &[("key", [0.0; 3]), ("fill", [0.0; 3])]).unwrap();
         assert_eq!(dark.channel("R").unwrap(), [1.0]);
     }

@@ -21,12 +21,16 @@ pub struct DenoisedImage {
     pub image: Image,
     /// Its error bars; `None` if they are not known, after few passes.
     pub bars: Option<ErrorBars>,
+    /// The light of each group of the film, which sum to the image.
+    pub groups: Vec<Image>,
 }
 
 /// The denoised image of `film`: the sum of its terms, each of which is filtered and blended with
 /// its noisy image by the estimated errors of both. If variances are not known, after a single
 /// pass, or if the film has no terms, the beauty is filtered as a whole. Emission stays as it is if
 /// the filter spreads its lamps. A film below 8 pixels in width or height is not filtered.
+///
+/// Light groups are filtered in the same way, and scaled so that they sum to the image.
 ///
 /// The error bars follow from both halves of the passes. Each is denoised in the same way, but
 /// without the average over reflections, and large ones as a whole: the bars take half of the time
@@ -41,22 +45,56 @@ pub fn denoise_film(
     cancel: &AtomicBool,
 ) -> Result<DenoisedImage, FilterError> {
     if film.image_size().min_element() < LEAST_SIZE {
+        let groups = light_groups(film).filter_map(|group| film.image(group));
         return Ok(DenoisedImage {
             image: film.image(Layer::Beauty).unwrap_or_default(),
             bars: ErrorBars::of_film(film),
+            groups: groups.collect(),
         });
     }
-    let denoise = |half| Noisy { film, half }.denoise(oidn, features, cancel);
+    let noisy = |half| Noisy { film, half };
+    let denoise = |half| noisy(half).denoise(oidn, features, cancel);
     let image = denoise(None)?;
+    let groups = light_groups(film);
+    let groups = groups.map(|group| noisy(None).denoise_layer(oidn, group, features, cancel));
+    let groups = scaled_to(&image, groups.collect::<Result<_, _>>()?);
     let counts = film.half_counts();
-    if Half::BOTH.iter().any(|&half| counts.of(half) < 2) {
-        return Ok(DenoisedImage { image, bars: None });
-    }
-    let halves = [denoise(Some(Half::First))?, denoise(Some(Half::Second))?];
+    let bars = match Half::BOTH.iter().all(|&half| counts.of(half) >= 2) {
+        true => {
+            let halves = [denoise(Some(Half::First))?, denoise(Some(Half::Second))?];
+            ErrorBars::of_filtered(film, &image, halves.each_ref())
+        }
+        false => None,
+    };
     Ok(DenoisedImage {
-        bars: ErrorBars::of_filtered(film, &image, halves.each_ref()),
         image,
+        bars,
+        groups,
     })
+}
+
+/// The light groups of `film`.
+fn light_groups(film: &Film) -> impl Iterator<Item = Layer> {
+    let layers = film.layers().iter().copied();
+    layers.filter(|layer| matches!(layer, Layer::LightGroup(_)))
+}
+
+/// `groups`, scaled in each pixel and channel so that they sum to `image`. Where none has light,
+/// each has the same part of it.
+fn scaled_to(image: &Image, mut groups: Vec<Image>) -> Vec<Image> {
+    let equal = 1.0 / groups.len().max(1) as f32;
+    for (i, value) in image.data.iter().enumerate() {
+        let sum: f32 = groups.iter().map(|group| group.data[i]).sum();
+        for group in &mut groups {
+            let part = if sum > 0.0 {
+                group.data[i] / sum
+            } else {
+                equal
+            };
+            group.data[i] = part * value;
+        }
+    }
+    groups
 }
 
 /// A picture of the pre-pass of a choice between methods, filtered as a whole and once: margins and
@@ -163,5 +201,23 @@ impl Noisy<'_> {
         let factor = self.film.passes() as f32 / self.passes().max(1) as f32;
         variance.data.iter_mut().for_each(|v| *v *= factor);
         variance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_scaled_to_the_sum() {
+        let image = |values: [f32; 3]| Image {
+            data: values.to_vec(),
+            ..Image::new(1, 1, 3)
+        };
+        let groups = vec![image([1.0, 0.0, 0.5]), image([3.0, 0.0, 0.0])];
+        let scaled = scaled_to(&image([2.0, 0.4, 0.6]), groups);
+        assert_eq!(scaled[0].data, [0.5, 0.2, 0.6]);
+        assert_eq!(scaled[1].data, [1.5, 0.2, 0.0]);
+        assert!(scaled_to(&image([1.0; 3]), Vec::new()).is_empty());
     }
 }

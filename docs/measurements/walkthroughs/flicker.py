@@ -12,6 +12,7 @@ The camera of the scene moves to its side, by `--step` of the distance to what i
 Squares are products of the differences to two references with independent noise, which therefore does not count. Both figures are
 without the worst thousandth. `shared` is `rich-vpl --cameras`; `apart` the same with other lights for each frame;
 the others are path tracing, and both denoised. Their passes are chosen so that all take the time of `shared`, denoised or not.
+`steady` are frames averaged by `manylight steady`, whose time is counted.
 Needs `pip install mitsuba==3.9.1 OpenEXR numpy`, and pyoidn for the denoised rows.
 """
 
@@ -146,15 +147,21 @@ def main():
         """Seconds of all frames."""
         size = "%dx%d" % words.size
         command = [words.manylight, "render", words.scene, "--cameras", str(cameras), "--size", size, "--filter", "box"]
-        command += ["--max-depth", str(words.depth), "-q", "-o", str(folder / f"{name}.exr"), *options]
+        command += ["--max-depth", str(words.depth), "--aov", "position", "-q", "-o", str(folder / f"{name}.exr"), *options]
+        return timed(command)
+
+    def timed(command):
         start = time.monotonic()
         subprocess.run(command, check=True)
         return time.monotonic() - start
 
+    def steady(name):
+        return timed([words.manylight, "steady", str(folder / f"{name}.exr"), "-q", "-o", str(folder / f"{name}-steady.exr")])
+
     def frames_of(name):
         return [channels(folder / f"{name}.{frame + 1:04}.exr") for frame in range(words.frames)]
 
-    render("aov", "-m", "aov", "--aov", "position", "--passes", "16")
+    render("aov", "-m", "aov", "--passes", "16")
     positions = [layer(frame, ["position.X", "position.Y", "position.Z"]) for frame in frames_of("aov")]
     print(f"{words.frames} frames of {words.size[0]}x{words.size[1]}")
     if words.own_reference:
@@ -173,7 +180,6 @@ def main():
         seconds = render("shared" + tag, "-m", "rich-vpl", "--passes", str(words.passes), *denoised)
         budget["shared" + tag] = (seconds, words.passes)
 
-
         def path(passes, tag=tag, denoised=denoised):
             return render("path" + tag, "-m", "path", "--passes", str(passes), *denoised)
 
@@ -187,11 +193,14 @@ def main():
             a, b = method(few), method(many)
             passes = max(1, round(few + (seconds - a) * (many - few) / max(b - a, 1e-3)))
             budget[name + tag] = (method(passes), passes)
+    for name in ("shared", "shared-denoised", "path-denoised"):
+        seconds, passes = budget[name]
+        budget[f"{name}-steady"] = (seconds + steady(name), passes)
     for name, (seconds, passes) in budget.items():
         pictures = [layer(frame, "RGB") for frame in frames_of(name)]
         moving, error = flicker(walk, pictures, positions, references), relmse(pictures, references)
         each = f"{passes:4} passes {seconds / words.frames:6.2f} s a frame"
-        print(f"{name:16} {each}, flicker {moving:.4f}, relMSE {error:.5f}", flush=True)
+        print(f"{name:22} {each}, flicker {moving:.4f}, relMSE {error:.5f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 //! Options of walkthroughs.
 
+use super::picture::DerivedArgs;
 use super::written;
 use crate::values::{self, FrameRange};
 use clap::{Args, ValueHint};
@@ -47,4 +48,18 @@ impl FrameArgs {
     pub(crate) fn is_walkthrough(&self) -> bool {
         self.cameras.is_some() || self.frames.is_some()
     }
+}
+
+/// Options of `steady`.
+#[derive(Debug, Args)]
+pub(crate) struct SteadyArgs {
+    /// Frames: what `render --cameras` or --frames had as its output, such as walk-####.exr, with
+    /// the layer position (--aov position). All that are there are read. The output has the same
+    /// numbers.
+    #[arg(value_name = "FRAMES", value_hint = ValueHint::FilePath)]
+    pub(crate) frames: PathBuf,
+
+    /// Files of each frame, with its number in their names.
+    #[command(flatten)]
+    pub(crate) derived: DerivedArgs,
 }

@@ -19,7 +19,7 @@ mod written;
 #[cfg(test)]
 pub(crate) use render::Denoiser;
 
-pub(crate) use frames::FrameArgs;
+pub(crate) use frames::{FrameArgs, SteadyArgs};
 pub(crate) use gltf::GltfArgs;
 pub(crate) use inspect::{
     CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,
@@ -60,6 +60,8 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Weigh the light groups of an image anew, without a render.
     Relight(RelightArgs),
+    /// Average the frames of a walkthrough in time, so that their noise does not flicker.
+    Steady(SteadyArgs),
     /// Measure how images differ from a reference.
     Compare(CompareArgs),
     /// Measure methods on scenes according to a plan, and write a page of tables.

@@ -1,11 +1,9 @@
 //! Options of long renders: blocks, shares, checkpoints, and the merging of parts.
 
-use super::picture::FileArgs;
-use crate::names::{Named, one_of};
+use super::picture::{DerivedArgs, FileArgs};
 use crate::values::{self, GroupWeight, Shard};
 use clap::{Args, ValueHint};
 use manylight::film::blocks::DEFAULT_BLOCK;
-use manylight_io::image::View;
 use manylight_lab::text::parse_duration;
 use serde::Serialize;
 use std::num::NonZeroU32;
@@ -73,25 +71,9 @@ pub(crate) struct RelightArgs {
     #[arg(short, long = "group", value_name = "NAME=R,G,B", required = true, value_parser = values::group_weight)]
     pub(crate) groups: Vec<GroupWeight>,
 
-    /// Image file; the extension selects the format: exr, png, jpg, hdr, pfm. May be repeated.
-    #[arg(short, long = "output", value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
-    pub(crate) outputs: Vec<PathBuf>,
-
-    /// Exposure of png and jpg files in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
-    pub(crate) exposure: f32,
-
-    /// Tone curve of png and jpg files: standard, neutral, agx.
-    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
-    pub(crate) view: View,
-
-    /// Print a JSON object on standard output at the end.
-    #[arg(long)]
-    pub(crate) json: bool,
-
-    /// Print errors only.
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
+    /// Files of the picture.
+    #[command(flatten)]
+    pub(crate) derived: DerivedArgs,
 }
 
 /// Options of `merge`.

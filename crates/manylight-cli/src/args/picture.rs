@@ -3,10 +3,11 @@
 use super::written;
 use crate::names::{AovNames, Named, one_of};
 use crate::values::{self, GroupRule};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use manylight::integrators::{ExtraLayers, MethodKind};
 use manylight_io::image::{DisplayTransform, View};
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// Options of pictures.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
@@ -57,6 +58,30 @@ pub(crate) struct FileArgs {
     pub(crate) aov_names: AovNames,
 }
 
+/// Options of commands that make a picture of pictures.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DerivedArgs {
+    /// Image file; the extension selects the format: exr, png, jpg, hdr, pfm. May be repeated.
+    #[arg(short, long = "output", value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
+    pub(crate) outputs: Vec<PathBuf>,
+
+    /// Exposure of png and jpg files in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    exposure: f32,
+
+    /// Tone curve of png and jpg files: standard, neutral, agx.
+    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
+    view: View,
+
+    /// Print a JSON object on standard output at the end.
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// Print errors only.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
 /// A layer on request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Aov {
@@ -86,6 +111,16 @@ impl PictureArgs {
     /// Whether pictures have a layer for each light group.
     pub(crate) fn has_light_groups(&self) -> bool {
         self.light_groups || !self.light_group.is_empty()
+    }
+}
+
+impl DerivedArgs {
+    /// How values become colors of 8 bits.
+    pub(crate) fn display(&self) -> DisplayTransform {
+        DisplayTransform {
+            exposure_ev: self.exposure,
+            view: self.view,
+        }
     }
 }
 

@@ -9,4 +9,5 @@ pub(crate) mod maps;
 pub(crate) mod merge;
 pub(crate) mod relight;
 pub(crate) mod render;
+pub(crate) mod steady;
 pub(crate) mod study;

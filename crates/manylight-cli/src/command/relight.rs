@@ -6,7 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
 use crate::relight::{RelitContent, relight};
 use crate::request::check_formats;
-use manylight_io::image::{DisplayTransform, ImageFormat, read_layered_image, write_image};
+use manylight_io::image::{ImageFormat, read_layered_image, write_image};
 use manylight_io::{check_replaceable, shown_path};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -16,31 +16,28 @@ const SCHEMA: &str = "manylight.relight/1";
 
 /// Weighs the light groups of an image, and writes it to files.
 pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
-    check_formats(&args.outputs)?;
-    (args.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
+    let files = &args.derived;
+    check_formats(&files.outputs)?;
+    (files.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
     let interrupt = Interrupt::install()?;
     let image = read_layered_image(&args.image)?;
     let has_layers = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
-    let content = match args.outputs.iter().any(has_layers) {
+    let content = match files.outputs.iter().any(has_layers) {
         true => RelitContent::Layers,
         false => RelitContent::Picture,
     };
     let picture = relight(&args.image, &image, &args.groups, content)?;
-    let display = DisplayTransform {
-        exposure_ev: args.exposure,
-        view: args.view,
-    };
-    for path in &args.outputs {
+    for path in &files.outputs {
         let _complete_file = interrupt.writing();
-        write_image(path, &picture, display)?;
-        if !args.quiet {
+        write_image(path, &picture, files.display())?;
+        if !files.quiet {
             print_message(format_args!("wrote {}", shown_path(path)));
         }
     }
-    if args.json {
+    if files.json {
         let factors = args.groups.iter();
         let factors = factors.map(|group| (group.name.clone(), group.factors.to_vec().into()));
-        let outputs: Vec<String> = (args.outputs.iter())
+        let outputs: Vec<String> = (files.outputs.iter())
             .map(|path| path.display().to_string())
             .collect();
         print_data(json!({

@@ -2,14 +2,20 @@
 //!
 //! `R`, `G`, `B` are premultiplied by the alpha `A`: light where nothing is, such as that of glass,
 //! adds to what is behind. With a denoised image, `R`, `G`, `B` hold it, and the layer `noisy`
-//! holds the sum of the other layers. All variances belong to the latter.
+//! holds the sum of the other layers. All variances belong to the latter. Light groups sum to
+//! `noisy`, their denoised layers to the image.
 //!
 //! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same
 //! holds for the variance of block means with fewer than two batches.
 
+mod derived;
 mod facts;
 mod layer_names;
 
+pub(crate) use derived::{
+    color_layer, derived_image, last_part, layers_without_light, metadata_without_noise,
+    picture_name, planes,
+};
 pub(crate) use facts::PictureFacts;
 
 use crate::args::FileArgs;
@@ -29,6 +35,9 @@ pub(crate) const RGB: &[&str] = &["R", "G", "B"];
 
 /// Start of the name of a light group's layer of variances, before that of its layer.
 pub(crate) const GROUP_VARIANCE: &str = "variance_";
+
+/// Start of the name of a light group's layer in the denoised image, before that of its layer.
+pub(crate) const DENOISED_GROUP: &str = "denoised_";
 
 /// What a picture is made of.
 pub(crate) struct PictureSource<'f> {
@@ -127,6 +136,7 @@ pub(crate) fn film_layers(
 ) -> Vec<ImageLayer> {
     let NamedFilm { film, denoised, .. } = *named_film;
     let mut layers: Vec<ImageLayer> = Vec::new();
+    let mut denoised_groups = denoised.iter().flat_map(|denoised| &denoised.groups);
     let mut push = |name: &str, channels: &[&str], image: &Image| {
         layers.push(named(&naming.layer(name), channels, image));
     };
@@ -142,8 +152,13 @@ pub(crate) fn film_layers(
             _ => named_film.name_of(layer),
         };
         push(&name, channels(layer), &image);
-        if let (Layer::LightGroup(_), Some(variance)) = (layer, film.layer_variance(layer)) {
-            push(&format!("{GROUP_VARIANCE}{name}"), RGB, &variance);
+        if let Layer::LightGroup(_) = layer {
+            if let Some(variance) = film.layer_variance(layer) {
+                push(&format!("{GROUP_VARIANCE}{name}"), RGB, &variance);
+            }
+            if let Some(group) = denoised_groups.next() {
+                push(&format!("{DENOISED_GROUP}{name}"), RGB, group);
+            }
         }
         if layer == Layer::Beauty {
             push("variance", RGB, &film.variance());

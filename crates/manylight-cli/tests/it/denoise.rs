@@ -168,3 +168,33 @@ fn the_error_of_a_denoised_picture_is_its_own() {
     let (clean, noisy) = (passes("--denoise oidn"), passes(""));
     assert!(clean < noisy, "{clean} {noisy}");
 }
+
+#[test]
+fn light_groups_are_denoised_and_sum_to_the_picture() {
+    let point = r#"<emitter type="point" id="fill"><point name="position" x="1" y="1" z="1"/>
+        <rgb name="intensity" value="3, 3, 5"/></emitter></scene>"#;
+    let folder = Folder::new(&BOX.replace("</scene>", point));
+    let words = format!("render scene.xml -m path --light-groups {SHORT} -q");
+    if denoised(&folder, &words).is_none() {
+        return;
+    }
+    let sums = |picture: &LayeredImage, start: &str| -> Vec<f32> {
+        let channel = |group: &str| picture.channel(&format!("{start}Combined_{group}.G"));
+        let [fill, lamp] = ["fill", "rectangle_3"].map(|group| channel(group).unwrap());
+        fill.iter().zip(lamp).map(|(a, b)| a + b).collect()
+    };
+    let are_equal = |found: &[f32], expected: &[f32]| {
+        let both = found.iter().zip(expected);
+        assert!(both.clone().all(|(a, b)| (a - b).abs() <= 1e-4 * b));
+    };
+    let before = picture(&folder);
+    are_equal(&sums(&before, "denoised_"), before.channel("G").unwrap());
+    are_equal(&sums(&before, ""), before.channel("noisy.G").unwrap());
+    folder
+        .run("relight a.exr --group fill=3 -q -o b.exr")
+        .code(0);
+    let relit = read_layered_image(&folder.path("b.exr")).unwrap();
+    are_equal(&sums(&relit, "denoised_"), relit.channel("G").unwrap());
+    let fill = |picture: &LayeredImage| picture.channel("denoised_Combined_fill.G").unwrap()[9];
+    assert!((fill(&relit) - 3.0 * fill(&before)).abs() <= 1e-4 * fill(&relit));
+}

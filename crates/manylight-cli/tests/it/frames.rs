@@ -141,3 +141,84 @@ fn wrong_cameras_and_frames_are_refused() {
         ["flat.json", "scene.xml", "short.json", "walk.json"]
     );
 }
+
+/// Frames of a camera that moves in small steps.
+fn steps() -> Folder {
+    let folder = Folder::new(BOX);
+    let places = [-0.04, -0.02, 0.0, 0.02, 0.04];
+    std::fs::write(folder.path("walk.json"), camera_path(&places)).unwrap();
+    folder
+}
+
+#[test]
+fn steady_frames_differ_less_from_each_other() {
+    let folder = steps();
+    let words = "render scene.xml --cameras walk.json -m path --spp 4 --aov position -q";
+    folder.run(&format!("{words} -o walk-##.exr")).code(0);
+    let report = folder
+        .run("steady walk-##.exr -o steady-##.exr -o steady.png --json")
+        .code(0)
+        .says(&["wrote steady-03.exr", "wrote steady.0005.png"])
+        .json();
+    assert_eq!(report["frames"], serde_json::json!([1, 2, 3, 4, 5]));
+    assert_eq!(report["outputs"].as_array().unwrap().len(), 10);
+    let picture = |name: &str| read_layered_image(&folder.path(name)).unwrap();
+    let change = |name: &str| -> f32 {
+        let frames = [2, 3, 4].map(|k| picture(&format!("{name}-{k:02}.exr")));
+        // Below the lamp.
+        let floor = |frame| LayeredImage::channel(frame, "G").unwrap()[6 * 16..].to_vec();
+        let planes = frames.each_ref().map(floor);
+        let squares = |pair: &[Vec<f32>]| -> f32 {
+            let both = pair[0].iter().zip(&pair[1]);
+            both.map(|(a, b)| (a - b).powi(2)).sum()
+        };
+        planes.windows(2).map(squares).sum()
+    };
+    let (before, after) = (change("walk"), change("steady"));
+    assert!(after < 0.4 * before, "{after} {before}");
+    let sum = |name: &str| picture(name).channel("G").unwrap().iter().sum::<f32>();
+    let mean = (1..=5)
+        .map(|k| sum(&format!("walk-{k:02}.exr")))
+        .sum::<f32>()
+        / 5.0;
+    let ratio = sum("steady-03.exr") / mean;
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    let (walk, steady) = (picture("walk-03.exr"), picture("steady-03.exr"));
+    assert_eq!(steady.channel("position.X"), walk.channel("position.X"));
+    assert_eq!(steady.channel("variance.R"), None);
+    assert_eq!(steady.metadata_value("steady.frames"), Some("1..5"));
+    assert_eq!(steady.camera, walk.camera);
+}
+
+#[test]
+fn frames_that_cannot_be_averaged_are_refused() {
+    let folder = steps();
+    let words = "render scene.xml --cameras walk.json -m direct --spp 1 -q";
+    let render = |options: &str| folder.run(&format!("{words} {options}")).code(0);
+    render("-o plain-#.exr");
+    render("--aov position --frames 1..2 -o gap-#.exr");
+    render("--aov position --frames 4 -o gap-#.exr");
+    render("--aov position --frames 1 -o size-#.exr");
+    render("--aov position --frames 2 --size 8x6 -o size-#.exr");
+    let before = folder.files();
+    for (words, code, says) in [
+        ("none-#.exr -o a.png", 2, &["none-#.exr"][..]),
+        ("nowhere/a-#.exr -o a.png", 4, &["nowhere"]),
+        (
+            "plain-#.exr -o a.png",
+            2,
+            &["plain-1.exr", "positions", "--aov position"],
+        ),
+        ("gap-#.exr -o a.png", 2, &["gap-3.exr is missing"]),
+        ("size-#.exr -o a.png", 2, &["size-2.exr", "8x6", "16x12"]),
+        (
+            "plain-#.exr -o plain-#.exr",
+            2,
+            &["plain-1.exr", "--output"],
+        ),
+        ("plain-#.exr -o a.txt", 2, &["a.txt"]),
+    ] {
+        folder.run(&format!("steady {words}")).code(code).says(says);
+    }
+    assert_eq!(folder.files(), before);
+}

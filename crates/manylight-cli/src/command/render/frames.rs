@@ -3,6 +3,7 @@
 use super::Run;
 use crate::args::FrameArgs;
 use crate::failure::Failure;
+use crate::frame_files::FrameFiles;
 use crate::kept_lights::ShadingLights;
 use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
 use crate::output::{print_data, print_message, print_warnings};
@@ -19,10 +20,7 @@ use manylight_denoise::Oidn;
 use manylight_io::{check_replaceable, shown_path};
 use manylight_lab::text::plural;
 use serde_json::json;
-use std::path::{Path, PathBuf};
-
-/// Digits of the frame number in a file name without `#`.
-const DIGITS: usize = 4;
+use std::path::PathBuf;
 
 impl Run<'_> {
     /// Renders the frames one by one. An interrupted frame is not written.
@@ -169,42 +167,6 @@ fn files(request: &RenderRequest, frame: u32) -> Vec<PathBuf> {
     request
         .outputs
         .iter()
-        .map(|path| numbered(path, frame))
+        .map(|path| FrameFiles::of(path).file(frame))
         .collect()
-}
-
-/// The name of a file with the number of a frame: in the place of the last run of `#` in it, with
-/// as many digits, or before the extension.
-fn numbered(path: &Path, frame: u32) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let numbered = match name.rfind('#') {
-        Some(end) => {
-            let start = name[..end].rfind(|c| c != '#').map_or(0, |at| {
-                at + name[at..].chars().next().map_or(1, char::len_utf8)
-            });
-            let digits = end + 1 - start;
-            format!("{}{frame:0digits$}{}", &name[..start], &name[end + 1..])
-        }
-        None => {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let extension = path.extension().unwrap_or_default().to_string_lossy();
-            format!("{stem}.{frame:0DIGITS$}.{extension}")
-        }
-    };
-    path.with_file_name(numbered)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_have_the_number_of_the_frame() {
-        let named = |path: &str, frame| numbered(Path::new(path), frame).display().to_string();
-        assert_eq!(named("a/walk.exr", 7), "a/walk.0007.exr");
-        assert_eq!(named("walk-##.exr", 7), "walk-07.exr");
-        assert_eq!(named("#.png", 123), "123.png");
-        assert_eq!(named("a#/é##x.png", 5), "a#/é05x.png");
-        assert_eq!(named("walk.a.exr", 12345), "walk.a.12345.exr");
-    }
 }

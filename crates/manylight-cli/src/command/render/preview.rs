@@ -226,6 +226,7 @@ mod tests {
         let denoised = DenoisedImage {
             image: Image::new(19, 11, 3),
             bars: None,
+            groups: Vec::new(),
         };
         for denoised in [None, Some(&denoised)] {
             let named_film = NamedFilm {
