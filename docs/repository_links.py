@@ -13,7 +13,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
-IMAGES = {".jpg", ".png", ".svg"}
+IMAGES = {".jpg", ".png", ".svg", ".webp"}
 LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 
