@@ -17,7 +17,7 @@
 //!  7 session memory
 //!  6 report
 //!  5 relight repeat steady study_interface
-//!  4 choice light_groups request picture progress usage
+//!  4 choice denoiser light_groups request picture progress usage
 //!  3 args method
 //!  2 preset version
 //!  1 light_options output interrupt frame_files
@@ -27,6 +27,7 @@
 mod args;
 mod choice;
 mod command;
+mod denoiser;
 pub mod embed;
 mod failure;
 mod frame_files;

@@ -235,7 +235,7 @@ pub(crate) const MANY_LIGHT: &[LightOption<ManyLight>] = &[
     LightOption {
         name: "compensation",
         value: "RULE",
-        help: "Compensation of the bias of clamping: none, kollig-keller (the clamped residual is estimated by extending camera paths)",
+        help: "Compensation of the bias of clamping: none, kollig-keller (the clamped fraction is estimated by extending camera paths)",
         words: Some(words::<Compensation>),
         set: |method, word| set_word(&mut method.compensation, word),
         get: |method| word_of(&method.compensation),

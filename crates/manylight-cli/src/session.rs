@@ -1,6 +1,7 @@
 //! A scene with the settings of a render.
 
 use crate::choice::budget_and_block;
+use crate::denoiser::Denoised;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::light_groups::{check_groups, named};
@@ -14,10 +15,7 @@ use manylight::math::Affine3A;
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{LightGroupNames, Scene, SceneDesc, SceneError};
 use manylight::sensors::SensorDesc;
-use manylight_denoise::{
-    DenoisedImage, FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version,
-    denoise_film, render_features,
-};
+use manylight_denoise::{FEATURE_PASSES, Oidn, Version, render_features};
 use manylight_io::part::LightsFile;
 use manylight_io::{
     LoadOptions, LoadedScene, is_same_file, load_scene, read_camera_path, scene_digest, shown_path,
@@ -55,18 +53,6 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure>
         .num_threads(threads.unwrap_or(0))
         .build()
         .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
-}
-
-/// The denoiser of a request; `None` if it names none.
-///
-/// # Errors
-/// The library is not found or cannot be used.
-pub(crate) fn open_denoiser(request: &RenderRequest) -> Result<Option<Oidn>, Failure> {
-    if request.denoise.denoise.is_none() {
-        return Ok(None);
-    }
-    let places = SearchPlaces::from_environment(request.denoise.oidn_lib.clone());
-    Ok(Some(Oidn::open(&places, request.run.threads())?))
 }
 
 /// A loaded scene file.
@@ -360,41 +346,10 @@ impl Session {
         features: Option<&Film>,
         interrupt: &Interrupt,
     ) -> Denoised {
-        let Some(oidn) = oidn else {
-            return Denoised::default();
+        let denoise = |oidn| {
+            let work = || Denoised::of_film(oidn, film, features, interrupt);
+            self.stats.time("denoise", work)
         };
-        let films: Vec<&Film> = std::iter::once(film).chain(features).collect();
-        let result = interrupt.denoising(|skip| {
-            self.stats.time("denoise", || {
-                let features = FeatureImages::from_films(&films);
-                denoise_film(oidn, film, features.as_ref(), skip)
-            })
-        });
-        match result {
-            Ok(picture) => Denoised {
-                picture: Some(picture),
-                failure: None,
-                interrupted: false,
-            },
-            Err(FilterError::Cancelled) => Denoised {
-                interrupted: true,
-                ..Denoised::default()
-            },
-            Err(error @ FilterError::Library(_)) => Denoised {
-                failure: Some(Failure::NotDenoised(error.to_string())),
-                ..Denoised::default()
-            },
-        }
+        oidn.map(denoise).unwrap_or_default()
     }
-}
-
-/// A denoised image, or the reason why there is none.
-#[derive(Default)]
-pub(crate) struct Denoised {
-    /// The image.
-    pub(crate) picture: Option<DenoisedImage>,
-    /// The failure of the library, to be reported when the image is written.
-    pub(crate) failure: Option<Failure>,
-    /// Whether a second signal ended the denoising.
-    pub(crate) interrupted: bool,
 }

@@ -1,6 +1,7 @@
 //! Options of long renders: blocks, shares, checkpoints, and the merging of parts.
 
 use super::picture::{DerivedArgs, FileArgs};
+use super::render::DenoiseArgs;
 use crate::values::{self, GroupWeight, Shard};
 use clap::{Args, ValueHint};
 use manylight::film::blocks::DEFAULT_BLOCK;
@@ -86,6 +87,10 @@ pub(crate) struct MergeArgs {
     /// Image file; the extension selects the format: exr, png, jpg, hdr, pfm. May be repeated.
     #[arg(short, long = "output", value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
+
+    /// Denoising of the image, by the albedo and normals of the parts.
+    #[command(flatten)]
+    pub(crate) denoise: DenoiseArgs,
 
     /// Colors of pictures and names of layers.
     #[command(flatten)]

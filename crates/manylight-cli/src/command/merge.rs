@@ -1,6 +1,7 @@
 //! `manylight merge`: the image of a render from part files of all its blocks.
 
 use crate::args::MergeArgs;
+use crate::denoiser::{Denoised, open_denoiser};
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
@@ -32,18 +33,25 @@ pub(crate) fn run(args: &MergeArgs) -> Result<u8, Failure> {
             ));
         }
     }
+    let oidn = open_denoiser(&args.denoise, None)?;
     let interrupt = Interrupt::install()?;
     let (film, facts) = merge_parts(&args.parts)?;
-    let bars = error_bars(&film, None);
+    let denoise = |oidn| Denoised::of_film(oidn, &film, None, &interrupt);
+    let denoised = oidn.as_ref().map(denoise).unwrap_or_default();
+    denoised.warn_if_interrupted();
+    let bars = error_bars(&film, denoised.picture.as_ref());
     let source = PictureSource {
         film: &film,
-        denoised: None,
+        denoised: denoised.picture.as_ref(),
         bars: bars.as_deref(),
         facts: &facts,
     };
     source.write(&args.outputs, &args.picture, &interrupt)?;
     report(args, &film, bars.map(|bars| bars.stated))?;
-    Ok(interrupt.exit_code().unwrap_or(DONE))
+    match denoised.failure {
+        Some(failure) => Err(failure),
+        None => Ok(interrupt.exit_code().unwrap_or(DONE)),
+    }
 }
 
 fn report(args: &MergeArgs, film: &Film, error: Option<StatedError>) -> Result<(), Failure> {

@@ -5,6 +5,7 @@ mod preview;
 mod share;
 
 use crate::args::{DisplayArgs, RenderArgs};
+use crate::denoiser::open_denoiser;
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::kept_lights::{ShadingLights, request_with_lights};
@@ -15,7 +16,7 @@ use crate::prepared::Prepared;
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
-use crate::session::{SceneFile, Session, build_scene, open_denoiser, thread_pool};
+use crate::session::{SceneFile, Session, build_scene, thread_pool};
 use crate::stated_error::error_bars;
 use crate::target_error::StatingError;
 use manylight::render::Stats;
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
         check_part_writable(path)?;
     }
     let interrupt = Interrupt::install()?;
-    let oidn = open_denoiser(&request)?;
+    let oidn = open_denoiser(&request.denoise, request.run.threads())?;
     let run = Run {
         args,
         session: open((request, lights), oidn.as_ref(), args.display)?,
@@ -151,9 +152,7 @@ impl Run<'_> {
                 resumed.render(session, &job, &identity, interrupt, &self.console, observer)
             });
         let denoised = session.denoise(oidn, &outcome.film, features.as_ref(), interrupt);
-        if denoised.interrupted {
-            print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
-        }
+        denoised.warn_if_interrupted();
         pool.install(|| preview.finish(&outcome, denoised.picture.as_ref(), stats));
         self.warn_of_samples();
 

@@ -1,10 +1,11 @@
 //! Scenes that are loaded once and rendered several times.
 
+use crate::denoiser::open_denoiser;
 use crate::failure::Failure;
 use crate::kept_lights::request_with_lights;
 use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
-use crate::session::{SceneFile, Session, build_scene, open_denoiser, scene_failure, thread_pool};
+use crate::session::{SceneFile, Session, build_scene, scene_failure, thread_pool};
 use crate::usage::render_args;
 use manylight::render::Stats;
 use manylight::scene::{LightGroupNames, Scene, SceneDesc};
@@ -81,7 +82,8 @@ impl HeldScene {
     pub fn session(&self, words: &[String]) -> Result<Session, Failure> {
         let (request, lights) = request(&self.words, words)?;
         let (pool, stats) = (thread_pool(request.run.threads())?, Stats::default());
-        let oidn = open_denoiser(&request)?.map(|oidn| oidn.version());
+        let oidn =
+            open_denoiser(&request.denoise, request.run.threads())?.map(|oidn| oidn.version());
         let scene = self.scene(&request, &pool, &stats)?;
         Ok(Session {
             request,

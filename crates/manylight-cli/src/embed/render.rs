@@ -1,5 +1,6 @@
 //! Renders to pictures in memory.
 
+use crate::denoiser::open_denoiser;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::kept_lights::ShadingLights;
@@ -8,7 +9,7 @@ use crate::output::Console;
 use crate::picture::{PictureFacts, PictureSource};
 use crate::pre_pass::choose;
 use crate::prepared::Prepared;
-use crate::session::{Session, open_denoiser};
+use crate::session::Session;
 use crate::stated_error::error_bars;
 use crate::target_error::StatingError;
 use manylight::film::Film;
@@ -88,7 +89,7 @@ impl Session {
         interrupt: &Interrupt,
         observer: &mut (dyn Observer + Send),
     ) -> Result<Rendered, Failure> {
-        let oidn = open_denoiser(&self.request)?;
+        let oidn = open_denoiser(&self.request.denoise, self.request.run.threads())?;
         choose(self, oidn.as_ref())?;
         let lights = ShadingLights::of(self, interrupt)?;
         let Prepared {

@@ -198,3 +198,26 @@ fn light_groups_are_denoised_and_sum_to_the_picture() {
     let fill = |picture: &LayeredImage| picture.channel("denoised_Combined_fill.G").unwrap()[9];
     assert!((fill(&relit) - 3.0 * fill(&before)).abs() <= 1e-4 * fill(&relit));
 }
+
+#[test]
+fn merged_parts_are_denoised() {
+    let folder = Folder::new(BOX);
+    let passes = "-m path --passes 64 --block 32 -q";
+    for share in [1, 2] {
+        let words = format!("render scene.xml {passes} --shard {share}/2 -o {share}.part");
+        folder.run(&words).code(0);
+    }
+    let words = "merge 1.part 2.part --denoise oidn -o a.exr";
+    let Some(ended) = denoised(&folder, words) else {
+        return;
+    };
+    ended.says(&["merged 64 passes", "error of a pixel: "]);
+    let merged = picture(&folder);
+    // 64 passes have the features that a render needs, so that it has the same bits.
+    let words = format!("render scene.xml {passes} --denoise oidn -o whole.exr");
+    folder.run(&words).code(0);
+    let whole = read_layered_image(&folder.path("whole.exr")).unwrap();
+    for name in ["R", "noisy.R", "error.R"] {
+        assert_eq!(merged.channel(name), whole.channel(name), "{name}");
+    }
+}

@@ -153,8 +153,9 @@ fn steps() -> Folder {
 #[test]
 fn steady_frames_differ_less_from_each_other() {
     let folder = steps();
-    let words = "render scene.xml --cameras walk.json -m path --spp 4 --aov position -q";
-    folder.run(&format!("{words} -o walk-##.exr")).code(0);
+    let words = "render scene.xml --cameras walk.json -m path --spp 4 --aov position";
+    let ended = folder.run(&format!("{words} -o walk-##.exr")).code(0);
+    ended.says(&["frame 3: error of a pixel: ", "wrote walk-03.exr"]);
     let report = folder
         .run("steady walk-##.exr -o steady-##.exr -o steady.png --json")
         .code(0)

@@ -6,13 +6,13 @@ use crate::failure::Failure;
 use crate::frame_files::FrameFiles;
 use crate::kept_lights::ShadingLights;
 use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
-use crate::output::{print_data, print_message, print_warnings};
+use crate::output::{print_data, print_message};
 use crate::picture::{PictureFacts, PictureSource};
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use crate::session::Session;
-use crate::stated_error::error_bars;
+use crate::stated_error::{error_bars, sentence};
 use crate::values::FrameRange;
 use manylight::film::Film;
 use manylight::render::{RenderJob, Stop, Walkthrough};
@@ -97,9 +97,7 @@ impl Run<'_> {
     ) -> Result<Vec<PathBuf>, Failure> {
         let (session, interrupt) = (&self.session, self.interrupt);
         let denoised = session.denoise(oidn, film, features.as_ref(), interrupt);
-        if denoised.interrupted {
-            print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
-        }
+        denoised.warn_if_interrupted();
         let request = of_frame(session, frame);
         let bars = error_bars(film, denoised.picture.as_ref());
         let mut report: RenderReport = session.report(job, film.passes());
@@ -119,6 +117,10 @@ impl Run<'_> {
             source.write(&files, &session.request.picture.file, interrupt)
         })?;
         if !self.args.display.quiet {
+            if let Some(bars) = &bars {
+                let sentence = sentence(&bars.stated, film.passes());
+                print_message(format_args!("frame {frame}: {sentence}"));
+            }
             for path in &files {
                 print_message(format_args!("wrote {}", shown_path(path)));
             }
