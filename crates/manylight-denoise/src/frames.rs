@@ -14,7 +14,7 @@
 //!   `1 / (vσ² + β²)`.
 
 use manylight::color::Rgb;
-use manylight::image::Image;
+use manylight::image::{DARK_FLOOR, Image};
 use manylight::math::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -24,8 +24,6 @@ use rayon::prelude::*;
 pub const REACH: usize = 3;
 /// Standard deviation of `G`, in pixels. 1.5 and 3 change flicker and relMSE by 2 % there.
 const SMOOTHING: f32 = 2.0;
-/// Factor of `x̄²`, as in relMSE.
-const DARK_FLOOR: f32 = 0.01;
 /// Least `σ²`: keeps weights finite where nothing changes. It is far below what can be seen.
 const LEAST_VARIANCE: f32 = 1e-10;
 

@@ -1,6 +1,6 @@
 //! Whether the light of bright pixels spreads to dark ones in the filter.
 
-use manylight::image::Image;
+use manylight::image::{DARK_FLOOR, Image};
 
 /// Squared change by the filter from which on bright pixels have spread, relative to the variance
 /// of the term. In many-lights-bunny, with lamps a thousand times brighter than the rest, it is 176
@@ -47,7 +47,7 @@ fn relative_sum(mut squares: impl Iterator<Item = f32>, picture: &Image) -> f32 
         let value = pixel.iter().sum::<f32>() / pixel.len() as f32;
         let squares: f32 = squares.by_ref().take(pixel.len()).sum();
         // 0/0 in a black picture.
-        sum += squares / (value * value + 0.01 * mean * mean).max(f32::MIN_POSITIVE);
+        sum += squares / (value * value + DARK_FLOOR * mean * mean).max(f32::MIN_POSITIVE);
     }
     sum
 }

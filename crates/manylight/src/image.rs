@@ -2,6 +2,10 @@
 
 use crate::color::Rgb;
 
+/// Floor of the squared value in relative errors, as in relMSE, in units of the squared mean of the
+/// picture. A larger floor gives dark pixels less weight.
+pub const DARK_FLOOR: f32 = 0.01;
+
 /// An image: `height` rows of `width` pixels with `channels` values each. Rows from top to bottom,
 /// channels interleaved.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -96,14 +96,6 @@ impl<'a> NamedArray<'a> {
         }
     }
 
-    /// The same array with `prefix` before its name.
-    pub fn with_prefix(self, prefix: &str) -> Self {
-        NamedArray {
-            name: format!("{prefix}{}", self.name),
-            ..self
-        }
-    }
-
     /// The values.
     pub fn values(&self) -> ArrayValues {
         match &self.values {

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Passes of a block by default: the passes of a render by default.
 pub const DEFAULT_BLOCK: NonZeroU32 = NonZeroU32::new(16).unwrap();
-/// A block has a multiple of this number of passes: sets of virtual lights, which up to eight
+/// A block has a multiple of this number of passes, so that sets of virtual lights, which several
 /// passes share, end with a block.
 pub const BLOCK_STEP: u32 = 8;
 

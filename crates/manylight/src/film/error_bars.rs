@@ -16,7 +16,7 @@
 //!   filtered to rendered noise in a wider neighborhood.
 
 use super::{Film, Layer, TILE_SIZE};
-use crate::image::Image;
+use crate::image::{DARK_FLOOR, Image};
 
 /// Half-width of a normal interval that holds 95 %, in standard deviations.
 const NORMAL_95: f32 = 1.96;
@@ -43,9 +43,6 @@ const RATIO_SMOOTHING: f32 = 5.0;
 /// Factor `c` of `(x - y)²`: that of a bias that falls as `n^-0.77`. With 1, 2 and 4 `path` needs
 /// 1.05, 0.98 and 0.91 times the standard errors of `rich-vpl` to hold 95 %.
 const BIAS_FACTOR: f32 = 2.0;
-/// Floor of the squared value in relative errors, in units of the squared mean of the picture. A
-/// larger floor gives dark pixels less weight.
-const DARK_FLOOR: f32 = 0.01;
 /// Margin of the upper bound. Stated errors are at least 0.87 times the true ones in the mean over
 /// seeds (eight scenes, `path`, as rendered and filtered).
 const MODEL_FACTOR: f32 = 1.15;

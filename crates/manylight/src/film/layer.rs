@@ -27,11 +27,10 @@ pub enum Layer {
     /// Raw values of [`Film::alpha`](super::Film::alpha): filter weight times covered fraction,
     /// covered fraction, filter weight.
     Alpha,
-    /// Position of the first surface that scatters, in world space, in the scene's unit, times the
-    /// covered fraction of the sample.
+    /// Position of the first surface that scatters, in world space, in m, times the covered
+    /// fraction of the sample.
     Position,
-    /// Distance to the first surface along the camera ray, in the scene's unit; 0 where the ray
-    /// hits nothing.
+    /// Distance to the first surface along the camera ray, in m; 0 where the ray hits nothing.
     Depth,
     /// Size of the light cuts of a sample: number of lights and clusters that its sums over virtual
     /// lights evaluate.

@@ -83,7 +83,7 @@ impl Film {
     ///
     /// # Panics
     /// If the first of `layers` is not [`Layer::Beauty`], `block` is no multiple of [`BLOCK_STEP`],
-    /// or `first` none of `block`.
+    /// or `first` is no multiple of `block`.
     pub fn with_blocks(
         desc: FilmDesc,
         layers: &[Layer],
@@ -157,7 +157,7 @@ impl Film {
         self.shape
     }
 
-    /// The tiles of a pass, moved up and left by `shift` pixels.
+    /// The tiles of a pass.
     fn grid(&self, tiling: Tiling) -> TileGrid {
         TileGrid::new(self.desc.crop_size, tiling)
     }

@@ -29,7 +29,7 @@ pub(super) struct TileBuffers<'f> {
     pub(super) ids: &'f mut Vec<IdSample>,
 }
 
-/// What pixels outside of any film are given.
+/// Samples of pixels that belong to no film.
 #[derive(Clone, Debug)]
 pub struct ShadedPixels {
     /// Number of columns and rows.

@@ -14,7 +14,7 @@ use crate::transport::stream::{Vertices, lanes_where};
 /// scattering function. With a fraction `a` the second moment of a sample is at most `1/a` times
 /// that of the guide alone and `1/(1 - a)` times that of the scattering function alone: equal parts
 /// make the larger of the two bounds least, 2; at a quarter or three quarters it is 4.
-const GUIDED_FRACTION: f32 = 0.5;
+const GUIDED_DIRECTIONS: f32 = 0.5;
 
 /// The guide at `v`; `None` where too few photons of the environment arrive, or where light arrives
 /// on both sides, which would need two guides.
@@ -43,7 +43,7 @@ pub(super) fn guided_pdfs<S: Width>(
     Float::from_fn(pdf.width(), |i| {
         let by_bsdf = by_bsdf.as_ref()[i];
         guides.as_ref()[i].map_or(by_bsdf, |guide| {
-            by_bsdf + GUIDED_FRACTION * (guide.pdf(Vec3::from(lane(&w, i))) - by_bsdf)
+            by_bsdf + GUIDED_DIRECTIONS * (guide.pdf(Vec3::from(lane(&w, i))) - by_bsdf)
         })
     })
 }
@@ -66,7 +66,7 @@ pub(super) fn sample_directions<S: Width>(
     let guide = |i: usize| guides.as_ref()[i];
     let all = u32::MAX >> (32 - S::LANES);
     let has_guide = lanes_where(all, |i| guide(i).is_some());
-    let guided = has_guide & u.lt(GUIDED_FRACTION).bits();
+    let guided = has_guide & u.lt(GUIDED_DIRECTIONS).bits();
     let (lobe, x, y) = (
         numbers.lobe.store(),
         numbers.direction.x.store(),

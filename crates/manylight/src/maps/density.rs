@@ -102,17 +102,6 @@ impl<'m> NearbyImportance<'m> {
         }
     }
 
-    /// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared
-    /// distance `d2` within the squared radius `r2`; 0 for an empty disc. Unbiased for homogeneous
-    /// particles, both for a fixed radius and for the distance of the K-th neighbor.
-    #[inline]
-    pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
-        if r2 <= 0.0 {
-            return 0.0;
-        }
-        2.0 * FRAC_1_PI / r2 * (1.0 - d2 / r2).max(0.0)
-    }
-
     /// Incident importance per area at `p` on the side of the unit normal `n`, or nearby, in 1/m².
     pub fn at(&mut self, p: Vec3, n: Vec3) -> f32 {
         let reused = self.last.filter(|&(position, normal, _)| {

@@ -87,7 +87,7 @@ impl NearestLights {
         arrays
     }
 
-    /// The inverse of [`NearestLights::arrays`], for `lights` lights.
+    /// The inverse of [`NearestLights::arrays`], of `count` lights.
     ///
     /// # Errors
     /// Those of `read`, and arrays of other lights.

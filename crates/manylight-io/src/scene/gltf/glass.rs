@@ -40,14 +40,14 @@ impl Glass {
             return None;
         }
         let texture = reader.texture(&json, "transmissionTexture", Content::Channel(0));
-        let opaque = match base.metallic {
+        let transmitting = match base.metallic {
             FloatInput::Constant(metallic) => factor * (1.0 - metallic),
             FloatInput::Texture(_) => factor,
         };
-        if opaque == 0.0 {
+        if transmitting == 0.0 {
             return None;
         }
-        let weight = reader.textures.scaled(opaque, texture);
+        let weight = reader.textures.scaled(transmitting, texture);
         let coat = reader.json.extension("KHR_materials_clearcoat");
         if let Some(coat) = coat.filter(|coat| coat.float("clearcoatFactor", 0.0) > 0.0) {
             let message = "the clear coat of what transmits light is ignored";
@@ -72,8 +72,9 @@ impl Glass {
         };
         let roughness = roughness(reader, base);
         let parts = if is_solid {
-            let transmittance =
-                volume.map_or(Rgb::WHITE, |volume| absorption(&volume, reader.vertices));
+            let transmittance = volume.map_or(Rgb::WHITE, |volume| {
+                surface_transmittance(&volume, reader.vertices)
+            });
             let tint = tint(reader, transmittance, base);
             // A scattering function has four leaves at most.
             let has_space = weight == FloatInput::Constant(1.0) || lobes.is_one_leaf();
@@ -189,7 +190,10 @@ fn attenuation(volume: &Json<'_>) -> Option<(Rgb, f32)> {
 
 /// Absorption coefficient in 1/m inside of the body of a mesh; `None` if the mesh is no body, or
 /// absorbs nothing.
-pub(super) fn medium(material: &Json<'_>, vertices: &VertexInputs<'_>) -> Option<Rgb> {
+pub(super) fn absorption_coefficient(
+    material: &Json<'_>,
+    vertices: &VertexInputs<'_>,
+) -> Option<Rgb> {
     let volume = thick_volume(material).filter(|_| vertices.is_body)?;
     let (color, distance) = attenuation(&volume)?;
     // Finite where a channel of the color is 0, or the distance is tiny.
@@ -200,7 +204,7 @@ pub(super) fn medium(material: &Json<'_>, vertices: &VertexInputs<'_>) -> Option
 /// Transmittance that the surface of a volume has in the place of its inside: that over the
 /// thickness, where the surface is not that of a body. The thickness is given in the space of the
 /// mesh, the distance of attenuation in the world.
-pub(super) fn absorption(volume: &Json<'_>, vertices: &VertexInputs<'_>) -> Rgb {
+pub(super) fn surface_transmittance(volume: &Json<'_>, vertices: &VertexInputs<'_>) -> Rgb {
     if vertices.is_body {
         return Rgb::WHITE;
     }

@@ -15,7 +15,7 @@ use super::super::options::GltfOptions;
 use super::super::parameters::Numbers;
 use super::document::Document;
 use super::extensions::Lobes;
-use super::glass::medium;
+use super::glass::absorption_coefficient;
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader, reflectance};
@@ -177,7 +177,7 @@ impl<'a> MaterialReader<'a, '_> {
             radiance,
             double_sided,
             is_opaque: opacity == FloatInput::Constant(1.0),
-            absorption: medium(self.json, self.vertices).filter(|_| !is_unlit),
+            absorption: absorption_coefficient(self.json, self.vertices).filter(|_| !is_unlit),
         }
     }
 

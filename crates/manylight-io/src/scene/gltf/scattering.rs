@@ -4,7 +4,7 @@
 use super::super::description::{add, add_two_sided, as_color, as_float};
 use super::super::parameters::Numbers;
 use super::extensions::{DiffuseTransmission, Lobes};
-use super::glass::{Glass, absorption, thick_volume};
+use super::glass::{Glass, surface_transmittance, thick_volume};
 use super::images::Content;
 use super::json::Json;
 use super::material_reader::{Base, MaterialReader};
@@ -119,13 +119,13 @@ impl<'a> MaterialReader<'a, '_> {
         through: DiffuseTransmission,
     ) -> MaterialId {
         let dielectric = self.textures.one_minus(base.metallic);
-        let absorbed = thick_volume(self.json).map_or(Rgb::WHITE, |volume| {
-            absorption(&volume, self.vertices).map(f32::sqrt)
+        let per_side = thick_volume(self.json).map_or(Rgb::WHITE, |volume| {
+            surface_transmittance(&volume, self.vertices).map(f32::sqrt)
         });
         let factors = [
             as_color(through.weight),
             as_color(dielectric),
-            ColorInput::Constant(absorbed),
+            ColorInput::Constant(per_side),
         ];
         let transmittance = factors.into_iter().fold(through.color, |all, factor| {
             self.textures.product(all, factor)

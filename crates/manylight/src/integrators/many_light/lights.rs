@@ -28,10 +28,10 @@ const PHOTONS_PER_LIGHT: usize = 1024;
 const PLACED_BY_FLUX: f32 = 0.1;
 
 /// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated:
-/// directions estimate the light of near surfaces with less noise than lights. Measured over 8
-/// passes at 160x90 against 16: relMSE times time is 1 % lower in the Kitchen and 16 % in the
-/// U-Shape; against 32, 11 and 24 %. Against 4, 16 halves the variance of virtual lights in the
-/// Kitchen (0.0023 to 0.0012) and adds less to that of the compensation (0.0008 to 0.0015).
+/// directions estimate the light of near surfaces with less noise than lights. At 16 and 32 (8
+/// passes at 160x90): relMSE times time +1 and +12 % in the Kitchen, +19 and +32 % in the U-Shape. 4
+/// was compared with 16 alone, which halves the variance of virtual lights in the Kitchen (0.0023
+/// to 0.0012) and adds less to that of the compensation (0.0008 to 0.0015).
 const COMPENSATED_CLAMP: f32 = 8.0;
 
 /// Camera rays that estimate the mean of the sum over virtual lights. At 128 and 512 (a pass of
@@ -232,7 +232,8 @@ pub(super) fn gather(
 }
 
 /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without
-/// cuts. Estimated from the mean of the sum over virtual lights at the first surfaces.
+/// cuts. Estimated from the mean of the sum over virtual lights at first surfaces, over camera rays;
+/// it is 0 for rays that meet none.
 pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIndex) -> f32 {
     let Some(limits) = gather.strategy.cut_limits() else {
         return 0.0;

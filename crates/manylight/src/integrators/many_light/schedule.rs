@@ -21,6 +21,7 @@
 
 use super::{ManyLight, Resampling};
 use crate::film::Half;
+use crate::film::blocks::BLOCK_STEP;
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::math::UVec2;
@@ -32,6 +33,10 @@ use std::ops::Range;
 /// lights at 72x40, 2 seeds; Kitchen): relMSE -6.1 and -0.7 % (standard error 1 %), shadow rays +18
 /// and -6 %, mean -0.4 and +0.3 %.
 const MAX_GROUP_PASSES: u32 = 8;
+const _: () = assert!(
+    BLOCK_STEP.is_multiple_of(MAX_GROUP_PASSES),
+    "sets end with a block"
+);
 /// Most lights of a group of several passes: bounds its memory.
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.

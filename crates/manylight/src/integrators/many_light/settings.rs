@@ -179,11 +179,11 @@ impl Contradiction {
             Contradiction::SphereCut => "the contribution of a cluster of spheres has no bound",
             Contradiction::SphereClamp => "a sphere has no singularity",
             Contradiction::SphereCompensation => {
-                "without clamping there is no residual to compensate"
+                "without clamping there is no clamped fraction to compensate"
             }
             Contradiction::MeasuredCut => "a cut sums as many lights as its error asks for",
             Contradiction::UncompensatedPairs => {
-                "camera paths are extended by the clamped residual"
+                "camera paths are extended by the clamped fraction"
             }
             Contradiction::InterleavedCut => "a cut is through all lights of a pass",
             Contradiction::LargeBlocks => "the blocks of a table are counted in a byte",
@@ -277,9 +277,9 @@ impl ManyLight {
 /// times as many take less than three times as long. The time to make lights, and their memory,
 /// grow in proportion.
 const CUT_LIGHTS: u32 = 16_384;
-/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8
-/// passes at 160x90: the variance of direct light falls by 1.5 and 2.1 times in the Kitchen, 1.7
-/// and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2, and in the CBox,
+/// Emitter samples per direction at the first gather points. With 2 and 4 instead of 1 (8 passes at
+/// 160x90), the variance of direct light falls by 1.5 and 2.1 times in the Kitchen, by 1.7 and 2.8
+/// times in the Garage. With 4, passes take 8 to 11 % longer than with 2, and in the CBox,
 /// which has one lamp, 20 %.
 const EMITTER_SAMPLES: u32 = 2;
 /// Camera paths that a pixel starts with in a pass. With one path, edges and textures were most of

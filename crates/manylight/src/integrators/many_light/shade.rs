@@ -1,4 +1,4 @@
-//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one
+//! Stage 6: shading. All camera paths of a tile advance together, in rounds. A round follows one
 //! segment of every path:
 //!
 //! | stage | file |
