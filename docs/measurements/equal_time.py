@@ -6,7 +6,8 @@
 
 REFERENCES has a NAME.exr with the layer `variance` beside a NAME.json with the `file` of the scene in SCENES, `size` and
 `max_depth`. --own takes the five scenes of paper/plan.json instead, and one seed of each rival. Every picture stays in FOLDER, and is not made again.
-Error: relMSE over pixels whose reference is known to a tenth, without the worst thousandth, less the noise of the reference.
+Error: relMSE over pixels whose reference is known to a tenth, without the worst thousandth, less the noise of the reference;
+with --all-pixels over all.
 Mitsuba is filtered by Open Image Denoise with features of 256 samples of ours; as ours, after its time. Cycles filters inside
 its time, and clamps indirect light to 10, as Blender does. Seeds and programs take turns; a figure is the median over seeds.
 Needs: pip install mitsuba==3.9.1 pyoidn==2.5.1.0 OpenEXR numpy, and for Cycles bpy==5.0.1 in the Python of --blender-python.
@@ -57,6 +58,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("references", type=Path, nargs="?")
     parser.add_argument("scenes", type=Path, nargs="?")
     parser.add_argument("--own", action="store_true")
+    parser.add_argument("--all-pixels", action="store_true")
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--time", type=float, default=20)
     parser.add_argument("--seeds", type=int, default=3)
@@ -100,6 +102,7 @@ def measured(args, scene: dict, name: str, seed: int) -> tuple[float, float, flo
     noisy = rgb(picture, "noisy.") if "noisy.R" in picture else denoised
     if name == "mitsuba":
         denoised = filtered(noisy, features(args, scene, common))
+    error = error_of_all if args.all_pixels else error_of_known
     return error(denoised, truth, variance), error(noisy, truth, variance), noisy.mean() / truth.mean()
 
 
@@ -131,7 +134,13 @@ def filtered(picture: np.ndarray, features: dict) -> np.ndarray:
     return pyoidn.denoise(single(picture, 0, None), **guides, clean_aux=True, hdr=True, quality="high").astype(np.float64)
 
 
-def error(picture: np.ndarray, truth: np.ndarray, variance: np.ndarray) -> float:
+def error_of_all(picture: np.ndarray, truth: np.ndarray, variance: np.ndarray) -> float:
+    """relMSE of all pixels, less the noise of the reference."""
+    scale = truth**2 + 0.01 * truth.mean() ** 2
+    return float((((picture - truth) ** 2 - variance) / scale).mean())
+
+
+def error_of_known(picture: np.ndarray, truth: np.ndarray, variance: np.ndarray) -> float:
     """relMSE where the reference is known, without the worst thousandth, less the noise of the reference."""
     mean = truth.mean()
     scale = truth**2 + 0.01 * mean**2
