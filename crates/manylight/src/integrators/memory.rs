@@ -1,6 +1,6 @@
 //! Memory that a render takes, estimated before it is taken.
 
-use super::many_light::{Compensation, EmissionKind, ManyLight, RadianceCache, Strategy};
+use super::many_light::{Compensation, ManyLight, RadianceCache, Strategy};
 use super::method::{Method, MethodKind};
 use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
@@ -110,10 +110,7 @@ fn of_many_light(
     };
     let glossy = probes.par_iter().filter(is_glossy).count() as f64;
     let glossy = (GLOSSY_PREFERENCE * glossy / probes.len().max(1) as f64).min(1.0);
-    let form = match method.emission {
-        EmissionKind::Rich(form) => Some(form),
-        EmissionKind::Single => None,
-    };
+    let form = method.emission.glossy_form();
     let glossy_nodes = form.map_or(1.0, |_| glossy);
     let tree = match method.strategy {
         Strategy::All => 0.0,

@@ -9,7 +9,7 @@ use super::lights::gather;
 use super::passes::PreparedPasses;
 use super::radiance_cache::{arrays_of_cache, cache_of_arrays};
 use super::schedule::LightSubsets;
-use super::{Effort, EmissionKind, ManyLight, PassGroup};
+use super::{Effort, ManyLight, PassGroup};
 use crate::arrays::{
     FoundArray, InvalidArray, NamedArray, arrays_of_records, read_floats, read_words,
     records_of_arrays,
@@ -253,10 +253,7 @@ fn passes_of_arrays<'s, E: From<InvalidArray>>(
     let numbers = read_words(SUBSETS, 1, read)?;
     let subsets = LightSubsets::of_numbers(&method, &group, &numbers)
         .ok_or_else(|| InvalidArray::new(SUBSETS, format!("found {numbers:?}")))?;
-    let form = match method.emission {
-        EmissionKind::Single => None,
-        EmissionKind::Rich(form) => Some(form),
-    };
+    let form = method.emission.glossy_form();
     let lights = lights_of_arrays(scene, (form, light_groups), read)?;
     let count = lights.lights().len();
     let nearest = NearestLightsOfGroups::of_arrays(light_groups.max(1), count, read)?;

@@ -172,10 +172,7 @@ pub(super) fn lights<'s>(
     subsets: &LightSubsets,
 ) -> VirtualLights<'s> {
     let stats = cx.run.stats;
-    let form = match cx.method.emission {
-        EmissionKind::Single => None,
-        EmissionKind::Rich(form) => Some(form),
-    };
+    let form = cx.method.emission.glossy_form();
     let is_shaded = |k| subsets.is_shaded(k);
     let lights = stats.time("lights", || {
         build_lights(cx.scene, cx.limits, photons, clusters, form, is_shaded)

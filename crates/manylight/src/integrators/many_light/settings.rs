@@ -98,6 +98,14 @@ impl EmissionKind {
     const fn table(side: u32, storage: TableStorage) -> Self {
         EmissionKind::Rich(GlossyForm::Table { side, storage })
     }
+
+    /// The form of the glossy part; `None`: that of one photon.
+    pub fn glossy_form(self) -> Option<GlossyForm> {
+        match self {
+            EmissionKind::Single => None,
+            EmissionKind::Rich(form) => Some(form),
+        }
+    }
 }
 
 /// How the bound on the `1 / d²` singularity of a connection is chosen: the [`Clamp`] of a group of
