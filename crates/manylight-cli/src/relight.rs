@@ -195,7 +195,7 @@ fn weighed<'i>(
     Ok(groups)
 }
 
-/// The weighed sum of the groups in the denoised picture, the layer `name`; `None` if they are not all
+/// The weighed sum of the groups in the denoised picture, the layer `name`; `None` if one is not
 /// known.
 fn denoised_sum(groups: &[Group], image: &LayeredImage, name: &str) -> Option<Vec<Vec<f32>>> {
     let parts = groups

@@ -53,8 +53,8 @@ pub(crate) fn walk_frame(path: &Path, image: &LayeredImage) -> Result<WalkFrame,
     Ok(WalkFrame::new(&radiance, surfaces, pixels_from_world))
 }
 
-/// The picture of `image` replaced by `picture`, which is made of the frames `first..last`, without the
-/// layers of light and noise.
+/// `image` with `picture`, the mean of these frames, instead of its own, without the layers of light
+/// and noise.
 pub(crate) fn steadied(image: &LayeredImage, picture: &Image, frames: String) -> LayeredImage {
     let name = picture_name(image);
     let plane = |c: usize| picture.data.iter().skip(c).step_by(3).copied().collect();

@@ -125,8 +125,8 @@ impl WalkFrame {
     }
 
     /// The radiance at a place of the picture by a Catmull-Rom spline, within the range of the four
-    /// nearest pixels. Bilinear means blur: they have 1.25 times the flicker and 1.17 times the relMSE.
-    /// Without the bounds flicker is 1.07 times as large.
+    /// nearest pixels. Bilinear means blur: they have 1.25 times the flicker and 1.17 times the
+    /// relMSE. Without the bounds flicker is 1.07 times as large.
     fn interpolated(&self, at: Vec2) -> Rgb {
         let (corner, part) = cell(at);
         let (columns, rows) = (catmull_rom(part.x), catmull_rom(part.y));
@@ -177,6 +177,8 @@ pub fn steady(frames: &[WalkFrame], index: usize) -> Image {
     let frame = &frames[index];
     let first = index.saturating_sub(REACH);
     let last = (index + REACH).min(frames.len() - 1);
+    // The place of the frame among those that are averaged.
+    let here = index - first;
     let own = || (frame.radiance.iter()).map(|&v| Some(v).filter(|v| v.is_finite()));
     let shown: Vec<Reprojected> = (first..=last)
         .map(|other| match other == index {
@@ -189,10 +191,8 @@ pub fn steady(frames: &[WalkFrame], index: usize) -> Image {
         .map(|(&x, variance)| (x / *variance, 1.0 / variance))
         .collect();
     for distance in 1..=REACH {
-        let before = (index - first)
-            .checked_sub(distance)
-            .and_then(|i| shown.get(i));
-        let after = shown.get(index - first + distance);
+        let before = here.checked_sub(distance).and_then(|i| shown.get(i));
+        let after = shown.get(here + distance);
         let mean = |i: usize| mean_of([before, after].map(|shown| shown?[i]));
         let excess = |i: usize| {
             let (m, v) = mean(i)?;
