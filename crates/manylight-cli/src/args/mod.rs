@@ -5,6 +5,7 @@
 //! of a request as they are (`repeat`), and Python's keywords are the names of the options. The
 //! options of virtual lights are rows of a table, `light_options`.
 
+mod denoise;
 mod frames;
 mod gltf;
 mod inspect;
@@ -17,8 +18,9 @@ mod short_help;
 mod written;
 
 #[cfg(test)]
-pub(crate) use render::Denoiser;
+pub(crate) use denoise::Denoiser;
 
+pub(crate) use denoise::DenoiseArgs;
 pub(crate) use frames::{FrameArgs, SteadyArgs};
 pub(crate) use gltf::GltfArgs;
 pub(crate) use inspect::{
@@ -28,9 +30,7 @@ pub(crate) use kept_lights::KeptLightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
 pub(crate) use parts::{MergeArgs, PartArgs, RelightArgs};
 pub(crate) use picture::{FileArgs, PictureArgs};
-pub(crate) use render::{
-    CameraArgs, DenoiseArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs, RunArgs,
-};
+pub(crate) use render::{CameraArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs, RunArgs};
 
 use clap::{Parser, Subcommand};
 

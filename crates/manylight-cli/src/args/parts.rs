@@ -1,7 +1,7 @@
 //! Options of long renders: blocks, shares, checkpoints, and the merging of parts.
 
+use super::denoise::DenoiseArgs;
 use super::picture::{DerivedArgs, FileArgs};
-use super::render::DenoiseArgs;
 use crate::values::{self, GroupWeight, Shard};
 use clap::{Args, ValueHint};
 use manylight::film::blocks::DEFAULT_BLOCK;
