@@ -101,7 +101,11 @@ def measured(args, scene: dict, name: str, seed: int) -> tuple[float, float, flo
     denoised = rgb(picture)
     noisy = rgb(picture, "noisy.") if "noisy.R" in picture else denoised
     if name == "mitsuba":
-        denoised = filtered(noisy, features(args, scene, common))
+        sys.path.insert(0, str(RIVALS))
+        from mitsuba_path import denoise
+
+        guides = features(args, scene, common)
+        denoised = denoise(noisy, rgb(guides, "albedo."), rgb(guides, "normal.", "XYZ"))
     error = error_of_all if args.all_pixels else error_of_known
     return error(denoised, truth, variance), error(noisy, truth, variance), noisy.mean() / truth.mean()
 
@@ -124,14 +128,6 @@ def channels(path: Path) -> dict:
 
 def rgb(picture: dict, layer: str = "", names: str = "RGB") -> np.ndarray:
     return np.stack([picture[layer + name] for name in names], -1)
-
-
-def filtered(picture: np.ndarray, features: dict) -> np.ndarray:
-    import pyoidn
-
-    single = lambda values, low, high: np.ascontiguousarray(np.clip(values, low, high), np.float32)
-    guides = {"albedo": single(rgb(features, "albedo."), 0, 1), "normal": single(rgb(features, "normal.", "XYZ"), -1, 1)}
-    return pyoidn.denoise(single(picture, 0, None), **guides, clean_aux=True, hdr=True, quality="high").astype(np.float64)
 
 
 def error_of_all(picture: np.ndarray, truth: np.ndarray, variance: np.ndarray) -> float:

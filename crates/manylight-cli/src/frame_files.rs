@@ -83,7 +83,7 @@ impl<'p> FrameFiles<'p> {
         }
     }
 
-    /// The number of the frame whose file has this name.
+    /// The frame number in the name of a file; `None` for names of other files.
     fn number_in(&self, name: &str) -> Option<u32> {
         let number = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;
         let number = number.parse().ok()?;

@@ -14,8 +14,8 @@
 
 use crate::failure::Failure;
 use crate::picture::{
-    DENOISED_GROUP, GROUP_VARIANCE, color_layer, derived_image, full_name, last_part,
-    layers_without_light, metadata_without_noise, picture_name, planes,
+    DENOISED_GROUP, GROUP_VARIANCE, color_layer, derived_image, last_part, layers_without_light,
+    metadata_without_noise, picture_layer, picture_name, planes,
 };
 use crate::values::GroupWeight;
 use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, light_group};
@@ -76,16 +76,16 @@ pub(crate) fn relight(
         groups.iter().map(|group| (group.planes, group.factors)),
         total,
     );
-    let denoised = denoised_sum(&groups, image, name).filter(|_| name != sum);
-    let (mut picture, noisy) = match denoised {
-        Some(denoised) => (color_layer(name, denoised), Some(color_layer(sum, weighed))),
-        None => (color_layer(name, weighed), None),
+    // Without a layer `noisy`, the picture itself is the sum.
+    let denoised = match sum == name {
+        true => None,
+        false => denoised_sum(&groups, image, name),
     };
-    let alpha = full_name(name, "A");
-    if let Some(values) = image.channel(&alpha) {
-        picture.channels.push((alpha, values.to_vec()));
-    }
-    let mut layers = vec![picture];
+    let (planes, noisy) = match denoised {
+        Some(denoised) => (denoised, Some(color_layer(sum, weighed))),
+        None => (weighed, None),
+    };
+    let mut layers = vec![picture_layer(image, planes)];
     if content == RelitContent::Layers {
         layers.extend(noisy);
         layers.extend(other_layers(image, sum, &groups));
@@ -132,7 +132,7 @@ fn beside(layer: &str, name: &str) -> String {
     format!("{}{name}", last_part(layer).1)
 }
 
-/// The layer whose name is `prefix` and that of `layer`, in the same view layer.
+/// The name of `layer` with `prefix` before its last part: that of another layer of the group.
 fn prefixed(prefix: &str, layer: &str) -> String {
     let (last, before) = last_part(layer);
     format!("{before}{prefix}{last}")
@@ -283,7 +283,7 @@ fn metadata(image: &LayeredImage, groups: &[Group]) -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::RGB;
+    use crate::picture::{RGB, full_name};
 
     /// A picture of one pixel in view layer `view` with two groups; one channel counts.
     fn picture(view: &str, groups: [f32; 2], variances: [f32; 3]) -> LayeredImage {

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::picture::{
-    RGB, color_layer, derived_image, full_name, last_part, layers_without_light,
-    metadata_without_noise, picture_name, planes,
+    RGB, derived_image, full_name, last_part, layers_without_light, metadata_without_noise,
+    picture_layer, picture_name, planes,
 };
 use manylight::image::Image;
 use manylight::math::{Mat4, Vec3, Vec4};
@@ -53,17 +53,12 @@ pub(crate) fn walk_frame(path: &Path, image: &LayeredImage) -> Result<WalkFrame,
     Ok(WalkFrame::new(&radiance, surfaces, pixels_from_world))
 }
 
-/// `image` with `picture`, the mean of these frames, instead of its own, without the layers of light
-/// and noise.
+/// The image with `picture` in the place of its picture. Layers of light and noise are left out.
+/// `frames` says in the metadata which frames were averaged.
 pub(crate) fn steadied(image: &LayeredImage, picture: &Image, frames: String) -> LayeredImage {
-    let name = picture_name(image);
     let plane = |c: usize| picture.data.iter().skip(c).step_by(3).copied().collect();
-    let mut combined = color_layer(name, (0..RGB.len()).map(plane).collect());
-    let alpha = full_name(name, "A");
-    if let Some(values) = image.channel(&alpha) {
-        combined.channels.push((alpha, values.to_vec()));
-    }
-    let mut layers = vec![combined];
+    let planes = (0..RGB.len()).map(plane).collect();
+    let mut layers = vec![picture_layer(image, planes)];
     layers.extend(layers_without_light(image));
     let mut metadata = metadata_without_noise(image);
     metadata.push((FRAMES.to_owned(), frames));

@@ -47,6 +47,7 @@ pub(crate) fn run(args: &SteadyArgs) -> Result<u8, Failure> {
             start += 1;
         }
         let picture = steady(&frames, index - start);
+        // Read again: all layers of seven frames would take gigabytes.
         let image = read_layered_image(&source.file(number))?;
         let range = format!("{}..{}", numbers[start], numbers[start + frames.len() - 1]);
         let image = steadied(&image, &picture, range);

@@ -30,6 +30,17 @@ pub(crate) fn color_layer(name: &str, planes: Vec<Vec<f32>>) -> ImageLayer {
     }
 }
 
+/// The layer of the picture with other planes of red, green and blue. It keeps its alpha.
+pub(crate) fn picture_layer(image: &LayeredImage, planes: Vec<Vec<f32>>) -> ImageLayer {
+    let name = picture_name(image);
+    let mut layer = color_layer(name, planes);
+    let alpha = full_name(name, "A");
+    if let Some(values) = image.channel(&alpha) {
+        layer.channels.push((alpha, values.to_vec()));
+    }
+    layer
+}
+
 /// The planes of red, green and blue of a layer.
 pub(crate) fn planes<'i>(image: &'i LayeredImage, layer: &str) -> Option<[&'i [f32]; 3]> {
     let [r, g, b] = [0, 1, 2].map(|c| image.channel(&full_name(layer, RGB[c])));

@@ -14,7 +14,7 @@ mod layer_names;
 
 pub(crate) use derived::{
     color_layer, derived_image, last_part, layers_without_light, metadata_without_noise,
-    picture_name, planes,
+    picture_layer, picture_name, planes,
 };
 pub(crate) use facts::PictureFacts;
 
