@@ -83,4 +83,6 @@ targets! {
     plan = plans::check;
     /// A random scene, rendered with one of the methods.
     render = render::check;
+    /// Kept virtual lights with changed arrays, by which a picture is rendered.
+    lights = render::kept::check;
 }

@@ -1,6 +1,7 @@
 //! Renders of random scenes.
 
 mod emitters;
+pub(crate) mod kept;
 mod materials;
 mod methods;
 mod numbers;

@@ -1,0 +1,3 @@
+//! The fuzz target `lights`.
+#![no_main]
+manylight_fuzz_targets::program!(lights);
