@@ -48,7 +48,10 @@ impl<'s> LightIndex<'s> {
 
     /// The same lights, of which `groups` light groups are told apart; 0 for none. Without a tree
     /// yet.
-    pub fn of_groups(self, groups: usize) -> Self {
+    pub fn of_groups(mut self, groups: usize) -> Self {
+        if groups > 0 {
+            self.set.pool_radii();
+        }
         let of_lights: Vec<LightGroup> =
             self.set.lights().iter().map(|light| light.group).collect();
         let progress = match groups {

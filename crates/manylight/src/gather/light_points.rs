@@ -70,8 +70,8 @@ pub(super) fn point_counts<S: Width>(
 ) -> PointCounts<S> {
     let [sixteen, four] = match gather.kernel {
         Kernel::Disc if is_disc(gather, light) => [
-            SIXTEEN_POINTS_WITHIN * light.radius,
-            FOUR_POINTS_WITHIN * light.radius,
+            SIXTEEN_POINTS_WITHIN * light.radius_of_all,
+            FOUR_POINTS_WITHIN * light.radius_of_all,
         ],
         Kernel::Sphere => [
             SIXTEEN_DIRECTIONS_WITHIN * radius,

@@ -242,6 +242,7 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
             n: site.n,
             ns: lit_side(site_point.frame.n, site_point, site.n),
             radius: extent.radius,
+            radius_of_all: extent.radius,
             area: 0.0,
             offset: site_point.offset,
             flux,

@@ -148,6 +148,7 @@ impl KeptLight {
             n: self.n,
             ns: self.ns,
             radius: self.radius,
+            radius_of_all: self.radius,
             area: self.area,
             offset: self.offset,
             flux: self.flux,

@@ -20,6 +20,9 @@ pub struct VirtualLight<'s> {
     pub ns: Vec3,
     /// Radius of the uniform disc with the second moment of the cluster, in m; 0 for one photon.
     pub radius: f32,
+    /// [`radius`](Self::radius) of a light of all light groups together, in m: in its units, the
+    /// distance decides how many points stand for the light.
+    pub radius_of_all: f32,
     /// Surface represented, in m², from the spacing of the lights around it: bounds the geometry
     /// term of points. 0 for the only light.
     pub area: f32,

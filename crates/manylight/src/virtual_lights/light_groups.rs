@@ -9,6 +9,7 @@ use super::density::by_density;
 use super::nearest_light::NearestLights;
 use super::relax::relax;
 use super::select::Site;
+use super::set::VirtualLights;
 use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::arrays::{FoundArray, InvalidArray, NamedArray};
 use crate::ids::{LightGroup, LightId};
@@ -75,6 +76,21 @@ impl NearestLightsOfGroups {
 /// Begin of the names of the arrays of a light group.
 fn prefix(group: usize) -> String {
     format!("cells.{group}.")
+}
+
+impl VirtualLights<'_> {
+    /// Sets [`VirtualLight::radius_of_all`](super::VirtualLight::radius_of_all): a group with the
+    /// fraction `s` of the lights has discs of `1/s` of the area that they would have without
+    /// groups. The points of the lights of all groups around a place are as many as without.
+    pub fn pool_radii(&mut self) {
+        let count = self.lights.len() as f32;
+        for of_group in self.lights.chunk_by_mut(|a, b| a.group == b.group) {
+            let share = of_group.len() as f32 / count;
+            for light in of_group {
+                light.radius_of_all = light.radius * share.sqrt();
+            }
+        }
+    }
 }
 
 /// [`relax`], group by group.
