@@ -5,9 +5,11 @@
 //! its place. With `x` the value of the pixel, `m` that of the point `k` frames before or after, or
 //! the mean of both, `x̄` the mean of the frame, `d = x² + 0.01 x̄²`, and `G` a Gaussian mean:
 //!
-//! * `σ² = G[(a - 2b + c)² / 6d]` is the relative variance of the noise that changes from frame to
+//! * `σ² = 2.5 exp G[ln ((a - 2b + c)² / 6d)]` is the relative variance of the noise that changes from frame to
 //!   frame, with `a`, `b` and `c` the values in three successive frames. Noise that all frames share
 //!   does not count. Neither does light that changes linearly.
+//!   The mean is geometric: noise varies slowly, and edges, which are blurred where they are looked
+//!   up, are few large values.
 //! * `β² = max(0, G[(x - m)² / d - (1 + v) σ²])` is the squared relative bias of `m`: light that
 //!   depends on the view. The variance of `m` is `vσ²`, with `v = 1` for one frame and 1/2 for two.
 //! * The result is the mean of `x`, with the weight `1 / σ²`, and of each `m`, with the weight
@@ -27,6 +29,12 @@ pub const REACH: usize = 3;
 const TOLERANCE: f32 = 1.5;
 /// Standard deviation of `G`, in pixels. 1.5 and 3 change flicker and relMSE by 2 % there.
 const SMOOTHING: f32 = 2.0;
+/// Mean of squares over their geometric mean: 3.6 for normal numbers, 1.5 for the mean of three
+/// independent ones, as channels are not. Own Kitchen, U-Shape and Garage and the shared Living
+/// Room, 5 frames of 96x54, `rich-vpl` and path tracing, denoised: at 2, 2.5 and 3.6 `steady` leaves
+/// 0.762, 0.753 and 0.747 of flicker, and 0.849, 0.852 and 0.868 of relMSE (geometric means); an
+/// arithmetic mean leaves 0.86 and 1.05.
+const MEAN_OVER_GEOMETRIC: f32 = 2.5;
 /// Least `σ²`: keeps weights finite where nothing changes. It is far below what can be seen.
 const LEAST_VARIANCE: f32 = 1e-10;
 
@@ -145,19 +153,22 @@ impl WalkFrame {
         sum.zip(least, f32::max).zip(most, f32::min)
     }
 
-    /// Gaussian means over the pixels that have a value; 0 where there is none near.
-    fn local_means(&self, value: impl Fn(usize) -> Option<f32>) -> Vec<f32> {
+    /// Gaussian means over the pixels that have a value; `None` where there is none near.
+    fn local_means(
+        &self,
+        value: impl Fn(usize) -> Option<f32>,
+    ) -> impl Iterator<Item = Option<f32>> {
         let mut sums = Image::new(self.width, self.height, 2);
         for (i, sum) in sums.data.chunks_exact_mut(2).enumerate() {
             if let Some(value) = value(i) {
                 sum.copy_from_slice(&[value, 1.0]);
             }
         }
-        let sums = sums.smoothed(SMOOTHING);
-        let means = sums.data.chunks_exact(2);
-        means
-            .map(|sum| if sum[1] > 0.0 { sum[0] / sum[1] } else { 0.0 })
-            .collect()
+        let sums = sums.smoothed(SMOOTHING).data;
+        (0..self.radiance.len()).map(move |i| match sums[2 * i + 1] {
+            weight if weight > 0.0 => Some(sums[2 * i] / weight),
+            _ => None,
+        })
     }
 
     /// The squared difference of pixel `i` relative to `d`: the mean over channels.
@@ -200,9 +211,9 @@ pub fn steady(frames: &[WalkFrame], index: usize) -> Image {
             Some(square - (1.0 + v) * variances[i]).filter(|excess| excess.is_finite())
         };
         let biases = frame.local_means(excess);
-        for (i, (sum, weights)) in sums.iter_mut().enumerate() {
+        for ((i, (sum, weights)), bias) in sums.iter_mut().enumerate().zip(biases) {
             if let Some((m, v)) = mean(i) {
-                let weight = 1.0 / (v * variances[i] + biases[i].max(0.0));
+                let weight = 1.0 / (v * variances[i] + bias.unwrap_or(0.0).max(0.0));
                 *sum += m * weight;
                 *weights += weight;
             }
@@ -230,13 +241,12 @@ fn variances(frame: &WalkFrame, shown: &[Reprojected]) -> Vec<f32> {
             Some(frame.relative_square(i, second_difference) / 6.0)
         });
         let (sum, count) = squares.fold((0.0, 0), |(sum, n), square| (sum + square, n + 1));
-        (count > 0).then(|| sum / count as f32)
+        (count > 0).then(|| (sum / count as f32).max(LEAST_VARIANCE).ln())
     };
-    let mut variances = frame.local_means(squares);
-    variances
-        .iter_mut()
-        .for_each(|v| *v = v.max(LEAST_VARIANCE));
-    variances
+    let geometric_means = frame.local_means(squares);
+    let variance =
+        |mean: Option<f32>| mean.map_or(LEAST_VARIANCE, |mean| MEAN_OVER_GEOMETRIC * mean.exp());
+    geometric_means.map(variance).collect()
 }
 
 /// The mean of the values that are there, and its variance in units of theirs.

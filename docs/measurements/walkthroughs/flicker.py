@@ -135,7 +135,7 @@ def main():
     parser.add_argument("--step", type=float, default=0.01)
     parser.add_argument("--reference", type=int, default=1024)
     parser.add_argument("--own-reference", type=int, help="passes of each of two references by rich-vpl")
-    parser.add_argument("--keep", type=Path)
+    parser.add_argument("--keep", type=Path, help="folder in which frames and references stay; references there are used again")
     words = parser.parse_args()
     folder = words.keep or Path(tempfile.mkdtemp())
     folder.mkdir(parents=True, exist_ok=True)
@@ -164,7 +164,10 @@ def main():
     render("aov", "-m", "aov", "--passes", "16")
     positions = [layer(frame, ["position.X", "position.Y", "position.Z"]) for frame in frames_of("aov")]
     print(f"{words.frames} frames of {words.size[0]}x{words.size[1]}")
-    if words.own_reference:
+    kept = folder / "references.npy"
+    if kept.exists():
+        references = list(np.load(kept))
+    elif words.own_reference:
         batches = []
         for batch in range(2):
             for frame in range(words.frames):
@@ -174,6 +177,7 @@ def main():
         references = np.array(batches).swapaxes(0, 1)
     else:
         references = [walk.reference(frame, words.reference) for frame in range(words.frames)]
+    np.save(kept, np.array(references))
     budget = {}
     for denoised in ([], ["--denoise", "oidn"]):
         tag = "-denoised" if denoised else ""
