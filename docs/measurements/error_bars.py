@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """How much of the truth lies within the error bars: pictures of many seeds beside references.
 
-    python3 error_bars.py MANYLIGHT REFERENCES SCENES [--seeds 20] [--passes 16] [--methods path rich-vpl auto] [--only NAME ...]
+    python3 error_bars.py MANYLIGHT REFERENCES SCENES [--seeds 20] [--passes 16] [--methods path rich-vpl auto] [--only NAME ...] [--rows FILE]
 
 REFERENCES has a NAME.exr with the layer `variance` beside a NAME.json with the `file` of the scene in SCENES, `size` and
 `max_depth`. Pictures and references have half of that size: means over 2x2 pixels of a reference are what a box filter gives.
 For every scene and method: percent of pixels and of 8x8 blocks within the bars, as rendered and denoised; the stated error of
 a pixel over the true one (root mean squares; the true one is known up to the noise of the reference); percent of seeds whose
 true error is at most what is stated with 95 % confidence.
+With `--rows`, what one seed gave is a line of FILE, and is not rendered again.
 Needs: pip install OpenEXR numpy, and Open Image Denoise.
 """
 import argparse
@@ -34,28 +35,39 @@ def halved(path: Path, out: Path) -> None:
     OpenEXR.File({"type": OpenEXR.scanlineimage}, means).write(str(out))
 
 
-def compare(manylight: str, image: Path, reference: Path) -> dict:
-    command = [manylight, "compare", str(image), str(reference), "--json"]
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["images"][0]
+def answer(*command: object) -> dict:
+    """The JSON object that a command prints."""
+    return json.loads(subprocess.run([*map(str, command), "--json"], check=True, capture_output=True, text=True).stdout)
 
 
 def measured(args, scene: dict, reference: Path, method: str, seed: int, folder: Path) -> list[list[float]]:
     """Of one seed, as rendered and denoised: coverage of pixels and blocks, stated over true error, and whether it is within the bound."""
+    part, image = (folder / f"{reference.stem}.{method}.{seed}{end}" for end in (".part", ".exr"))
+    size = "x".join(str(n // 2) for n in scene["size"])
+    film = ["--size", size, "--filter", "box", "--max-depth", scene["max_depth"], "--threads", 1]
+    answer(args.manylight, "render", args.scenes / scene["file"], "-m", method, *film, "--passes", args.passes, "--seed", seed, "--shard", "1/1", "-q", "-o", part)
     rows = []
     for denoise in ([], ["--denoise", "oidn"]):
-        image = folder / f"{reference.stem}.{method}.{seed}.exr"
-        size = "x".join(str(n // 2) for n in scene["size"])
-        command = [args.manylight, "render", str(args.scenes / scene["file"]), "-m", method, "--size", size, "--filter", "box"]
-        command += ["--max-depth", str(scene["max_depth"]), "--passes", str(args.passes), "--seed", str(seed), "--threads", "1"]
-        done = subprocess.run([*command, "-o", str(image), "-q", "--json", *denoise], check=True, capture_output=True, text=True)
-        error, found = json.loads(done.stdout)["error"], compare(args.manylight, image, reference)
+        error = answer(args.manylight, "merge", part, "-q", "-o", image, *denoise)["error"]
         if error is None:
             rows.append([math.nan] * 4)
             continue
+        found = answer(args.manylight, "compare", image, reference)["images"][0]
         true = math.sqrt(max(found["relmse"] - found["reference_noise"]["relmse"], 1e-12))
         inside = found["within_bars"]
         rows.append([inside["pixels"], inside["blocks"], error["pixels"] / true, float(true <= error["pixels_at_most"])])
+    part.unlink()
+    image.unlink(missing_ok=True)
     return rows
+
+
+def cells(rows: list[list[list[float]]]) -> list[str]:
+    """Means over the seeds of one scene and method, as rendered and denoised."""
+    words = [str(len(rows))]
+    for inside_pixels, inside_blocks, ratio, bound in (of.T for of in np.array(rows).transpose(1, 0, 2)):
+        words += [f"{100 * part.mean():.1f}" for part in (inside_pixels, inside_blocks)]
+        words += [f"{np.exp(np.log(ratio).mean()):.2f}", f"{100 * bound.mean():.0f}"]
+    return words
 
 
 def main() -> None:
@@ -68,25 +80,32 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", default=["path", "rich-vpl", "auto"])
     parser.add_argument("--only", nargs="+")
     parser.add_argument("--jobs", type=int, default=2, help="renders at once, of one thread each")
+    parser.add_argument("--rows", type=Path)
     args = parser.parse_args()
-    print("| scene | method | pixels | blocks | stated/true | in bound | denoised: pixels | blocks | stated/true | in bound |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    scenes = {file.stem: json.loads(file.read_text()) for file in sorted(args.references.glob("*.json"))}
+    scenes = {name: scene for name, scene in scenes.items() if not args.only or name in args.only}
+    found: dict[tuple, list] = {}
+    if args.rows and args.rows.exists():
+        found = {(scene, method, seed): rows for scene, method, seed, rows in map(json.loads, args.rows.read_text().splitlines())}
     with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(args.jobs) as pool:
         folder = Path(name)
-        for file in sorted(args.references.glob("*.json")):
-            if args.only and file.stem not in args.only:
-                continue
-            scene, reference = json.loads(file.read_text()), folder / f"{file.stem}.exr"
-            halved(file.with_suffix(".exr"), reference)
-            for method in args.methods:
-                seeds = range(1, args.seeds + 1)
-                one = lambda seed: measured(args, scene, reference, method, seed, folder)
-                values = np.array(list(pool.map(one, seeds))).transpose(1, 0, 2)
-                cells = []
-                for inside_pixels, inside_blocks, ratio, bound in (of.T for of in values):
-                    means = [f"{100 * part.mean():.1f}" for part in (inside_pixels, inside_blocks)]
-                    cells += [*means, f"{np.exp(np.log(ratio).mean()):.2f}", f"{100 * bound.mean():.0f}"]
-                print("|", " | ".join([file.stem, method, *cells]), "|", flush=True)
+        for scene in scenes:
+            halved(args.references / f"{scene}.exr", folder / f"{scene}.exr")
+
+        def one(key: tuple[str, str, int]) -> None:
+            scene, method, seed = key
+            found[key] = measured(args, scenes[scene], folder / f"{scene}.exr", method, seed, folder)
+            if args.rows:
+                with args.rows.open("a") as file:
+                    file.write(json.dumps([*key, found[key]]) + "\n")
+
+        keys = [(scene, method, seed) for seed in range(1, args.seeds + 1) for scene in scenes for method in args.methods]
+        list(pool.map(one, (key for key in keys if key not in found)))
+    print("| scene | method | seeds | pixels | blocks | stated/true | in bound | denoised: pixels | blocks | stated/true | in bound |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    for scene in scenes:
+        for method in args.methods:
+            print("|", " | ".join([scene, method, *cells([found[key] for key in keys if key[:2] == (scene, method)])]), "|")
 
 
 if __name__ == "__main__":
