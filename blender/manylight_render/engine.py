@@ -8,7 +8,7 @@ import time
 import bpy
 import numpy as np
 
-from . import launch, passes
+from . import launch, passes, walkthrough
 from .settings import TERMS, render_options
 
 # Samples of a pixel for the passes that describe surfaces, and for the background.
@@ -44,6 +44,8 @@ class ManylightEngine(bpy.types.RenderEngine):
         try:
             needs_coverage = bool(passes.of_surfaces(depsgraph.view_layer, TERMS))
             self.request = launch.request(self, depsgraph, needs_coverage, self.folder)
+        except ValueError as error:
+            self.failure = str(error)
         except Exception as error:
             self.failure = f"the scene cannot be written for the export: {error}"
 
@@ -88,7 +90,7 @@ def render_layer(engine, depsgraph):
     try:
         job = Job(engine, manylight, exported, options, scene, view_layer)
         for warning in exported["warnings"] + job.scene_warnings():
-            engine.report({"WARNING"}, f"manylight: {warning}")
+            job.warn(warning)
         job.run()
     except manylight.Error as error:
         raise RenderFailed(error) from None
@@ -112,6 +114,9 @@ class Job:
         self.passes = passes.enabled(view_layer, TERMS)
         self.groups = passes.of_light_groups(view_layer)
         self.is_transparent = scene.render.film_transparent
+        self.frame = {}
+        if exported["cameras"]:
+            self.frame = {"cameras": exported["cameras"], "frame": scene.frame_current - scene.frame_start + 1}
         self.view_layer = view_layer
         engine.update_stats("", "Loading the scene")
         self.scene = self.load("scene.glb", exported["environment"])
@@ -123,6 +128,9 @@ class Job:
     def scene_warnings(self):
         """Warnings of the loader, without those that advise an option of the command."""
         return [str(warning) for warning in self.scene.warnings if "--environment" not in str(warning)]
+
+    def warn(self, warning):
+        self.engine.report({"WARNING"}, f"manylight: {warning}")
 
     def window(self):
         """Keywords for the film and the rendered part of it."""
@@ -166,6 +174,8 @@ class Job:
         options = self.options | self.window() | {"hide_emitters": self.exported["hide_emitters"]}
         if self.groups:
             options["light_groups"] = True
+        if self.frame:
+            options |= self.frame | walkthrough.kept(self.manylight, self.scene, self.frame["cameras"], options, self.warn)
         if "denoise" not in options:
             yield from self.scene.passes(**options)
             return
@@ -203,7 +213,7 @@ class Job:
         if not names:
             return {}
         self.engine.update_stats("", "Rendering the passes of surfaces")
-        options = {"passes": SURFACE_SAMPLES, "filter": self.options["filter"], "hide_emitters": True} | self.window()
+        options = {"passes": SURFACE_SAMPLES, "filter": self.options["filter"], "hide_emitters": True} | self.window() | self.frame
         image = self.manylight.render(self.scene, method="aov", aov=["position"], **options)
         found = passes.surface_passes(image.layers, self.exported["camera"])
         return {name: values for name, values in found.items() if name in names}
@@ -229,4 +239,5 @@ def register():
 
 
 def unregister():
+    walkthrough.forget()
     bpy.utils.unregister_class(ManylightEngine)

@@ -37,6 +37,7 @@ def request(engine, depsgraph, needs_coverage, folder):
         "view_layer": depsgraph.view_layer.name,
         "frame": scene.frame_current,
         "subframe": scene.frame_subframe,
+        "frames": walk_frames(scene),
         "camera": camera.name if camera and camera.original != scene.camera else None,
         "needs_coverage": needs_coverage,
         "size": size,
@@ -46,6 +47,16 @@ def request(engine, depsgraph, needs_coverage, folder):
     with open(path, "w") as file:
         json.dump(content, file)
     return path
+
+
+def walk_frames(scene):
+    """First and last frame of a walkthrough; None for pictures with lights of their own. Raises ValueError."""
+    if not scene.manylight.walkthrough:
+        return None
+    first, last = scene.frame_start, scene.frame_end
+    if not first <= scene.frame_current <= last:
+        raise ValueError(f"frame {scene.frame_current} of a walkthrough is not within the frames {first} to {last} of the scene")
+    return [first, last]
 
 
 def picture_size(render):

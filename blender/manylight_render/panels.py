@@ -36,7 +36,7 @@ class RENDER_PT_manylight_method(EnginePanel, bpy.types.Panel):
         for name in ("method", "passes", "time", "target_error"):
             column.prop(settings, name)
         column.separator()
-        for name in ("lights", "max_depth", "seed", "threads", "more"):
+        for name in ("walkthrough", "lights", "max_depth", "seed", "threads", "more"):
             column.prop(settings, name)
 
 

@@ -57,6 +57,13 @@ class SceneSettings(bpy.types.PropertyGroup):
     threads: IntProperty(name="Threads", description="0: one for each processor", default=0, min=0)
     filter: EnumProperty(name="Filter", items=FILTERS, default="box")
     denoise: BoolProperty(name="Denoise", description="Denoise the picture at the end by Open Image Denoise")
+    walkthrough: BoolProperty(
+        name="Walkthrough",
+        description=(
+            "Nothing but the camera moves in the animation: photons and lights are made once, for the cameras of all frames, "
+            "so that their noise does not flicker"
+        ),
+    )
     more: StringProperty(
         name="More options",
         description="Further options of manylight.render, such as: photons=200000 clamp=none",

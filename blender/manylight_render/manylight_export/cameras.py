@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import geometry
 from .lamps import in_gltf, rigid
 
 
@@ -45,20 +46,33 @@ def film(camera, size, border):
     return Film(tuple(grown), (*starts, *border[2:]))
 
 
-def add_camera(glb, camera, size, film):
-    """Adds the camera with the view of the whole film. `size`: the picture in pixels."""
+def place_of(camera):
+    """The matrix (4, 4) from the camera to Blender's world. A shift of an orthographic camera moves it."""
     p = camera.projection
     place = rigid(camera.matrix)
     if camera.is_orthographic:
-        lens = {"xmag": 1 / p[0, 0], "ymag": 1 / p[1, 1]}
         place[:3, 3] -= place[:3, :2] @ (p[:2, 3] / (p[0, 0], p[1, 1]))
+    return place
+
+
+def of_frames(cameras):
+    """Matrices from the cameras of frames to glTF's world, for cameras that look along +z, with +y up and +x to the left."""
+    turned = np.diag([-1.0, 1.0, -1.0, 1.0])
+    return [(geometry.GLTF_FROM_BLENDER @ place_of(camera) @ turned).tolist() for camera in cameras]
+
+
+def add_camera(glb, camera, size, film):
+    """Adds the camera with the view of the whole film. `size`: the picture in pixels."""
+    p = camera.projection
+    if camera.is_orthographic:
+        lens = {"xmag": 1 / p[0, 0], "ymag": 1 / p[1, 1]}
     else:
         yfov = 2 * math.atan(film.size[1] / size[1] / p[1, 1])
         lens = {"yfov": yfov, "aspectRatio": film.size[0] / film.size[1]}
     lens |= {"znear": camera.clip_start, "zfar": camera.clip_end}
     kind = "orthographic" if camera.is_orthographic else "perspective"
     index = glb.append("cameras", {"type": kind, kind: lens, "name": camera.name})
-    glb.add_node(name=camera.name, camera=index, matrix=in_gltf(place))
+    glb.add_node(name=camera.name, camera=index, matrix=in_gltf(place_of(camera)))
 
 
 def pixel_aspect(camera, size):

@@ -29,6 +29,7 @@ class Collected:
         self.placed = []  # (name, mesh, matrix, light group)
         self.lamps = []
         self.camera = None
+        self.frame = None
         self.world = None
         self.has_groups = False  # whether the view layer has light groups
         self.error = None
@@ -65,6 +66,7 @@ def collect(scene, view_layer, size):
 
 def take(depsgraph, size, result):
     scene = depsgraph.scene_eval
+    result.frame = scene.frame_current
     meshes = {}
     override = depsgraph.view_layer_eval.material_override
     for instance in depsgraph.object_instances:
@@ -85,7 +87,7 @@ def take(depsgraph, size, result):
             result.warn(f"{UNSUPPORTED[item.type]} are not rendered", item.name)
     result.world = scene.world and scene.world.original
     result.has_groups = len(depsgraph.view_layer_eval.lightgroups) > 0
-    add_camera(scene, depsgraph, size, result)
+    add_camera(depsgraph, size, result)
     if scene.render.use_motion_blur:
         result.warn("motion blur is ignored")
 
@@ -175,7 +177,28 @@ def is_uniform(matrix):
     return np.ptp(lengths) <= 1e-3 * lengths.max()
 
 
-def add_camera(scene, depsgraph, size, result):
+def cameras_of_frames(scene, frames, size, result):
+    """The camera at each of the frames, which all have the lens of the collected one; none after an error."""
+    cameras = []
+    for frame in frames:
+        scene.frame_set(frame)
+        here = Collected()
+        add_camera(bpy.context.evaluated_depsgraph_get(), size, here)
+        if here.error:
+            result.error = f"frame {frame}: {here.error}"
+            return []
+        if not np.allclose(here.camera.projection, result.camera.projection, rtol=1e-4, atol=1e-5):
+            result.error = (
+                f"the lens of the camera differs between the frames {frame} and {result.frame}: in a walkthrough, nothing but "
+                "the place of the camera may change"
+            )
+            return []
+        cameras.append(here.camera)
+    return cameras
+
+
+def add_camera(depsgraph, size, result):
+    scene = depsgraph.scene_eval
     item = scene.camera
     if item is None or item.type != "CAMERA":
         result.error = "the scene has no camera"

@@ -66,6 +66,12 @@ def export(request, folder):
     if abs(cameras.pixel_aspect(found.camera, size) - 1) > 1e-3:
         found.warn("pixels are rendered square, whatever the aspect ratio of pixels")
     film = cameras.film(found.camera, size, request["border"])
+    walk = []
+    if request["frames"]:
+        first, last = request["frames"]
+        walk = collect.cameras_of_frames(scene, range(first, last + 1), size, found)
+        if found.error:
+            raise ExportError(found.error)
     glb_path = os.path.join(folder, "scene.glb")
     groups = export_meshes(found, glb_path)
     glb = Glb.read(glb_path)
@@ -82,7 +88,8 @@ def export(request, folder):
     hides = has_hidden or scene.render.film_transparent or not camera_sees(found.world) or request["needs_coverage"]
     if hides:
         shells.add_shells(glb, emitting | writer.seen)
-    cameras.add_camera(glb, found.camera, size, film)
+    # The file of a walkthrough is the same in all frames.
+    cameras.add_camera(glb, walk[0] if walk else found.camera, size, film)
     glb.write(glb_path)
     view = Glb.empty()
     cameras.add_camera(view, found.camera, size, film)
@@ -96,6 +103,7 @@ def export(request, folder):
         "size": film.size,
         "window": film.window,
         "camera": found.camera.matrix.tolist(),
+        "cameras": cameras.of_frames(walk),
         "world_group": world_group,
     }
 

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::light_options;
 use crate::memory::check_memory_of_lights;
+use crate::method::method_kind;
 use crate::request::RenderRequest;
 use crate::session::Session;
 use crate::usage::render_args;
@@ -27,12 +28,6 @@ pub(crate) fn request_with_lights(
     let Some(path) = &args.kept.lights_in else {
         return Ok((request, None));
     };
-    if let Some(name) = args.lights.names().next() {
-        return Err(Failure::usage(
-            format!("--{name} has no meaning for --lights-in: the lights are made"),
-            format!("omit --{name}; `--lights-out` keeps lights that are made by other options"),
-        ));
-    }
     let file = LightsFile::open(path)?;
     let header = file.header();
     let made = request_of_header(path, header)?;
@@ -48,6 +43,7 @@ pub(crate) fn request_with_lights(
             "omit --method",
         ));
     }
+    check_same_options(args, path, &made)?;
     let mut budget = request.budget;
     let given = args.budget.passes.map(|passes| passes.get());
     if let Some(more) = given.filter(|&passes| passes > header.passes) {
@@ -70,6 +66,31 @@ pub(crate) fn request_with_lights(
         ..request
     };
     Ok((request, Some(file)))
+}
+
+/// Refuses options of virtual lights other than those by which the lights of a file were `made`.
+fn check_same_options(args: &RenderArgs, path: &Path, made: &RenderRequest) -> Result<(), Failure> {
+    let asked = light_options::settings(&method_kind(made.paths.method, &args.lights)?);
+    let found = light_options::settings(&made.kind);
+    for name in args.lights.names() {
+        let value = |settings: &[(&'static str, String)]| {
+            let setting = settings.iter().find(|(other, _)| *other == name);
+            setting.map_or_else(|| "none".to_owned(), |(_, value)| value.clone())
+        };
+        let (asked, found) = (value(&asked), value(&found));
+        if asked != found {
+            return Err(Failure::usage(
+                format!(
+                    "--{name} {asked}: the lights of {} were made with --{name} {found}",
+                    shown_path(path)
+                ),
+                format!(
+                    "omit --{name}; `--lights-out` keeps lights that are made by other options"
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The request with the options in the header of a file.
@@ -228,7 +249,7 @@ fn scene_of(session: &Session) -> Map<String, Value> {
     // Frames are of cameras.
     let gltf = GltfArgs {
         fps: None,
-        ..session.request.gltf.clone()
+        ..session.request.gltf.without_folders()
     };
     let rules = session.request.picture.light_group.iter();
     let light_group: Vec<String> = rules.map(ToString::to_string).collect();

@@ -104,6 +104,8 @@ impl Settings<'_> {
         }));
         map.extend(lights.map(|digest| ("lights_sha256".into(), digest.into())));
         map.extend(self.deciding());
+        let environment = self.request.gltf.without_folders().environment;
+        map.insert("environment".into(), json!(environment));
         map
     }
 

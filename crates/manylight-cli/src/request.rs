@@ -17,6 +17,7 @@ use manylight::sensors::SensorDesc;
 use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
 use manylight_lab::text::plural;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Extensions of scene files.
@@ -170,6 +171,27 @@ impl RenderRequest {
         }
     }
 
+    /// The frames that are asked for, counted from 1, out of `count`.
+    ///
+    /// # Errors
+    /// There are fewer.
+    pub(crate) fn frames_of(&self, count: u32) -> Result<RangeInclusive<u32>, Failure> {
+        let Some(range) = self.frames.frames else {
+            return Ok(1..=count);
+        };
+        let last = range.last.unwrap_or(count);
+        if range.first.max(last) > count {
+            return Err(Failure::usage(
+                format!(
+                    "--frames {range}: found {count} camera{}",
+                    plural(count as usize)
+                ),
+                "frames are counted from 1",
+            ));
+        }
+        Ok(range.first..=last)
+    }
+
     /// The selected one of the cameras of a scene, with the options of the film.
     ///
     /// # Errors
@@ -223,9 +245,9 @@ fn check_kept(args: &RenderArgs, kind: &MethodKind) -> Result<(), Failure> {
 
 /// The method of a render.
 fn method_of(args: &RenderArgs) -> &'static Preset {
-    let makes_lights_first = args.frames.is_walkthrough() || args.kept.lights_out.is_some();
+    let has_lights_first = args.frames.is_walkthrough() || args.kept.is_given();
     match args.paths.method {
-        method if method.is_chosen() && makes_lights_first => preset::of_kept_lights(),
+        method if method.is_chosen() && has_lights_first => preset::of_kept_lights(),
         method => method,
     }
 }

@@ -11,10 +11,10 @@ use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
 use manylight::film::{Film, Layer};
 use manylight::integrators::{Choice, GuidedEmission, Method};
-use manylight::math::Affine3A;
+use manylight::math::{Affine3A, Vec3};
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{LightGroupNames, Scene, SceneDesc, SceneError};
-use manylight::sensors::SensorDesc;
+use manylight::sensors::{SensorDesc, SensorKind};
 use manylight_denoise::{FEATURE_PASSES, Oidn, Version, render_features};
 use manylight_io::part::LightsFile;
 use manylight_io::{
@@ -152,22 +152,27 @@ pub(crate) fn build_scene(
         scene.set_light_groups(&named(&request.picture, &names)?);
         check_groups(&scene.light_groups)?;
     }
-    if request.frames.is_walkthrough() {
-        set_frames(&mut scene, request, &camera, motion)?;
-    }
+    let frames = frame_cameras(request, &camera, motion)?;
+    set_frames(&mut scene, request, frames)?;
     Ok(scene)
 }
 
-/// Sets the cameras of a walkthrough: those of the file that `request` names, or those of `motion`.
-fn set_frames(
-    scene: &mut Scene,
+/// The cameras of a walkthrough: those of the file that `request` names, or those of `motion`, the
+/// places of `camera`; none of a single picture.
+pub(crate) fn frame_cameras(
     request: &RenderRequest,
     camera: &SensorDesc,
     motion: Vec<Affine3A>,
-) -> Result<(), Failure> {
-    let (path, motion) = match &request.frames.cameras {
-        Some(path) => (path, read_camera_path(path)?),
-        None => (&request.scene, motion),
+) -> Result<Vec<SensorDesc>, Failure> {
+    if !request.frames.is_walkthrough() {
+        return Ok(Vec::new());
+    }
+    let motion = match &request.frames.cameras {
+        Some(path) => {
+            let places = read_camera_path(path)?.into_iter();
+            places.map(|place| with_lens_of(camera, place)).collect()
+        }
+        None => motion,
     };
     if motion.is_empty() {
         return Err(Failure::usage(
@@ -179,13 +184,43 @@ fn set_frames(
         world_from_camera,
         ..camera.clone()
     });
+    Ok(frames.collect())
+}
+
+/// The place of a camera with the lens of `camera`: an orthographic camera has its width in the
+/// lengths of the axes.
+fn with_lens_of(camera: &SensorDesc, place: Affine3A) -> Affine3A {
+    let lengths = |place: &Affine3A| {
+        let axes = &place.matrix3;
+        Vec3::new(
+            axes.x_axis.length(),
+            axes.y_axis.length(),
+            axes.z_axis.length(),
+        )
+    };
+    match camera.kind {
+        SensorKind::Orthographic => {
+            let (found, expected) = (lengths(&place), lengths(&camera.world_from_camera));
+            place * Affine3A::from_scale(expected / found)
+        }
+        SensorKind::Perspective { .. } | SensorKind::ThinLens { .. } => place,
+    }
+}
+
+/// Sets the cameras of a walkthrough.
+pub(crate) fn set_frames(
+    scene: &mut Scene,
+    request: &RenderRequest,
+    cameras: Vec<SensorDesc>,
+) -> Result<(), Failure> {
+    let path = request.frames.cameras.as_ref().unwrap_or(&request.scene);
     let failure = |(index, error): (usize, SceneError)| {
         scene_failure(
             path,
             format!("camera of frame {}: {}", index + 1, error.message),
         )
     };
-    scene.set_frames(frames.collect()).map_err(failure)
+    scene.set_frames(cameras).map_err(failure)
 }
 
 /// The failure of a scene with invalid content.
@@ -211,7 +246,7 @@ impl Session {
             method,
             budget,
             seed: request.paths.seed,
-            frame: None,
+            frame: request.frames.only(),
             lights: None,
             block,
             guide: self.guide(),
@@ -351,5 +386,43 @@ impl Session {
             self.stats.time("denoise", work)
         };
         oidn.map(denoise).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manylight::film::{FilmDesc, Filter};
+    use manylight::math::{UVec2, Vec2};
+    use manylight::sensors::FovAxis;
+
+    #[test]
+    fn frames_of_an_orthographic_camera_keep_its_width() {
+        let turned = Affine3A::from_rotation_y(0.4);
+        let mut camera = SensorDesc {
+            world_from_camera: turned * Affine3A::from_scale(Vec3::new(3.0, 2.0, 1.0)),
+            motion: Vec::new(),
+            name: String::new(),
+            kind: SensorKind::Orthographic,
+            principal_point_offset: Vec2::ZERO,
+            near_clip: 0.0,
+            far_clip: f32::INFINITY,
+            film: FilmDesc {
+                size: UVec2::new(4, 3),
+                crop_offset: UVec2::ZERO,
+                crop_size: UVec2::new(4, 3),
+                filter: Filter::Box,
+            },
+        };
+        for scale in [1.0, 7.0] {
+            let place = turned * Affine3A::from_scale(Vec3::splat(scale));
+            let found = with_lens_of(&camera, place);
+            assert!(found.abs_diff_eq(camera.world_from_camera, 1e-5), "{found}");
+        }
+        camera.kind = SensorKind::Perspective {
+            fov: 40.0,
+            fov_axis: FovAxis::X,
+        };
+        assert_eq!(with_lens_of(&camera, turned), turned);
     }
 }

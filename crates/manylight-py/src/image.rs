@@ -58,7 +58,7 @@ impl Image {
             ..Image::from_layers(picture.image)
         };
         if let Some(label) = label {
-            image.metadata.retain(|(name, _)| name != "command");
+            image = image.repeatable(false);
             for (name, value) in &mut image.metadata {
                 if name == "scene" {
                     label.clone_into(value);
@@ -66,6 +66,13 @@ impl Image {
             }
         }
         image
+    }
+
+    /// Without the command that repeats the render, if it names files that do not last.
+    pub(crate) fn repeatable(mut self, is_repeatable: bool) -> Self {
+        self.metadata
+            .retain(|(name, _)| is_repeatable || name != "command");
+        self
     }
 
     fn from_layers(picture: LayeredImage) -> Self {

@@ -28,6 +28,7 @@ mod waiting;
 use manylight_lab::text::parse_duration;
 use pyo3::prelude::*;
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// Seconds of a text such as `10m`, as `--time` of the command takes it.
 #[pyfunction]
@@ -35,6 +36,12 @@ fn seconds(py: Python<'_>, text: &str) -> PyResult<f64> {
     parse_duration(text)
         .map(|duration| duration.as_secs_f64())
         .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
+}
+
+/// The file of a frame of a walkthrough, counted from 1, for the name of all.
+#[pyfunction]
+fn frame_file(path: PathBuf, frame: u32) -> PathBuf {
+    manylight_cli::embed::frame_file(&path, frame)
 }
 
 /// Runs the command `manylight` with these words, the first of which is its name. Returns its exit
@@ -65,6 +72,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(options::options, module)?)?;
     module.add_function(wrap_pyfunction!(options::pass_limit, module)?)?;
+    module.add_function(wrap_pyfunction!(options::keeps_lights, module)?)?;
+    module.add_function(wrap_pyfunction!(frame_file, module)?)?;
     module.add_function(wrap_pyfunction!(seconds, module)?)?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     Ok(())

@@ -32,3 +32,10 @@ pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 pub(crate) fn pass_limit(py: Python<'_>, words: Vec<String>) -> PyResult<Option<u32>> {
     embed::pass_limit(&words).map_err(|failure| exception(py, &failure))
 }
+
+/// Whether a render has virtual lights that can be kept in a file. `words` are options of
+/// `manylight render`.
+#[pyfunction]
+pub(crate) fn keeps_lights(py: Python<'_>, words: Vec<String>) -> PyResult<bool> {
+    embed::keeps_lights(&words).map_err(|failure| exception(py, &failure))
+}

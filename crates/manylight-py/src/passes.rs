@@ -28,6 +28,8 @@ pub(crate) struct Passes {
     /// The thread that renders; `None` when its end is known.
     thread: Mutex<Option<JoinHandle<Result<(), Failure>>>>,
     label: Option<String>,
+    /// Whether the words of the render name files that last.
+    repeatable: bool,
 }
 
 /// An observer that hands over pictures.
@@ -46,9 +48,15 @@ impl Observer for Pictures<'_> {
     }
 }
 
-/// Starts to render a scene. `words` are options of `manylight render`.
+/// Starts to render a scene. `words` are options of `manylight render`; `repeatable` as for `render`.
 #[pyfunction]
-pub(crate) fn passes(py: Python<'_>, scene: &Scene, words: Vec<String>) -> PyResult<Passes> {
+#[pyo3(signature = (scene, words, repeatable=true))]
+pub(crate) fn passes(
+    py: Python<'_>,
+    scene: &Scene,
+    words: Vec<String>,
+    repeatable: bool,
+) -> PyResult<Passes> {
     let held = scene.held();
     let session = py
         .detach(|| held.session(&words))
@@ -76,6 +84,7 @@ pub(crate) fn passes(py: Python<'_>, scene: &Scene, words: Vec<String>) -> PyRes
         interrupt,
         thread: Mutex::new(Some(thread)),
         label: scene.label().map(str::to_owned),
+        repeatable,
     })
 }
 
@@ -88,7 +97,10 @@ impl Passes {
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<Image>> {
         loop {
             match next(py, &self.pictures) {
-                Ok(picture) => return Ok(Some(Image::new(picture, false, self.label.as_deref()))),
+                Ok(picture) => {
+                    let image = Image::new(picture, false, self.label.as_deref());
+                    return Ok(Some(image.repeatable(self.repeatable)));
+                }
                 Err(RecvTimeoutError::Timeout) => {
                     if let Err(signal) = py.check_signals() {
                         self.stop();

@@ -10,14 +10,16 @@ use pyo3::prelude::*;
 use std::ffi::CString;
 
 /// Renders a scene. `words` are options of `manylight render`; `progress` is called with (passes,
-/// seconds) after each pass.
+/// seconds) after each pass. The metadata has no command to repeat the render if `words` name files
+/// that do not last.
 #[pyfunction]
-#[pyo3(signature = (scene, words, progress=None))]
+#[pyo3(signature = (scene, words, progress=None, repeatable=true))]
 pub(crate) fn render(
     py: Python<'_>,
     scene: &Scene,
     words: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
+    repeatable: bool,
 ) -> PyResult<Image> {
     let (held, interrupt) = (scene.held(), Interrupt::default());
     let (rendered, _) = wait_for(py, &interrupt, progress.as_ref(), |observer| {
@@ -27,11 +29,8 @@ pub(crate) fn render(
     for failure in &rendered.failures {
         warn(py, &failure.to_string())?;
     }
-    Ok(Image::new(
-        rendered.picture,
-        rendered.interrupted,
-        scene.label(),
-    ))
+    let image = Image::new(rendered.picture, rendered.interrupted, scene.label());
+    Ok(image.repeatable(repeatable))
 }
 
 /// Issues a warning.

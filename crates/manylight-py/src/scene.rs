@@ -44,6 +44,12 @@ impl Scene {
     fn cameras(&self) -> Vec<String> {
         self.held.cameras().map(str::to_owned).collect()
     }
+
+    /// Number of frames of each camera: 0 for one that stands still.
+    #[getter]
+    fn frame_counts(&self) -> Vec<usize> {
+        self.held.frame_counts().collect()
+    }
 }
 
 /// Loads a scene. `words` are its file, and options of `manylight render` that belong to loading.

@@ -42,10 +42,12 @@ def test_a_picture_by_kept_lights_has_the_bits_of_the_command(room, tmp_path):
     file, picture = keep(room, tmp_path, "blocks")
     image = ml.render(room, size=(32, 18), lights_in=file)
     assert np.array_equal(image, picture) and image.passes == 2
-    with pytest.raises(ml.UsageError, match="lights has no meaning"):
+    with pytest.raises(ml.UsageError, match="lights 8: the lights of .* were made with lights 64"):
         ml.render(room, size=(32, 18), lights_in=file, lights=8)
-    with pytest.raises(TypeError, match="lights_out"):
-        ml.render(room, lights_out=file)
+    options = {"passes": 2, "lights": 64, "photons": 4000, "table_size": 24, "table_storage": "blocks"}
+    assert np.array_equal(ml.render(room, size=(32, 18), **options, lights_out=tmp_path / "again.lights"), picture)
+    first, again = (ml.read_lights(path)[0].arrays for path in (file, tmp_path / "again.lights"))
+    assert first.keys() == again.keys() and all(np.array_equal(first[name], again[name]) for name in first)
 
 
 def test_other_files_are_refused(room, tmp_path):

@@ -48,6 +48,12 @@ impl FrameArgs {
     pub(crate) fn is_walkthrough(&self) -> bool {
         self.cameras.is_some() || self.frames.is_some()
     }
+
+    /// The index of the only frame that is asked for, counted from 0.
+    pub(crate) fn only(&self) -> Option<u32> {
+        let range = self.frames?;
+        (range.last == Some(range.first)).then(|| range.first - 1)
+    }
 }
 
 /// Options of `steady`.

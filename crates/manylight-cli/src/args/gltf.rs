@@ -66,6 +66,16 @@ impl GltfArgs {
         }
     }
 
+    /// The options without folders: the digest of a scene has the content of its files, wherever
+    /// they are.
+    pub(crate) fn without_folders(&self) -> Self {
+        let name = |path: &PathBuf| path.file_name().map_or_else(|| path.clone(), PathBuf::from);
+        GltfArgs {
+            environment: self.environment.as_ref().map(name),
+            ..self.clone()
+        }
+    }
+
     /// The options for the loader.
     pub(crate) fn options(&self) -> GltfOptions {
         GltfOptions {

@@ -26,3 +26,10 @@ pub(crate) struct KeptLightArgs {
     #[serde(serialize_with = "written::path")]
     pub(crate) lights_in: Option<PathBuf>,
 }
+
+impl KeptLightArgs {
+    /// Whether lights are made before the first pass.
+    pub(crate) fn is_given(&self) -> bool {
+        self.lights_out.is_some() || self.lights_in.is_some()
+    }
+}

@@ -5,11 +5,13 @@ use crate::failure::Failure;
 use crate::kept_lights::request_with_lights;
 use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
-use crate::session::{SceneFile, Session, build_scene, scene_failure, thread_pool};
+use crate::session::{
+    SceneFile, Session, build_scene, frame_cameras, scene_failure, set_frames, thread_pool,
+};
 use crate::usage::render_args;
 use manylight::render::Stats;
 use manylight::scene::{LightGroupNames, Scene, SceneDesc};
-use manylight::sensors::SensorDesc;
+use manylight::sensors::{Sensor, SensorDesc};
 use manylight_io::LoadOptions;
 use manylight_io::part::LightsFile;
 use rayon::ThreadPool;
@@ -74,6 +76,11 @@ impl HeldScene {
         self.cameras.iter().map(|camera| camera.name.as_str())
     }
 
+    /// Number of frames of each camera in the file: 0 for one that stands still.
+    pub fn frame_counts(&self) -> impl Iterator<Item = usize> {
+        self.cameras.iter().map(|camera| camera.motion.len())
+    }
+
     /// A session that renders this scene. `words` are options of `manylight render`.
     ///
     /// # Errors
@@ -107,7 +114,12 @@ impl HeldScene {
         pool: &ThreadPool,
         stats: &Stats,
     ) -> Result<Arc<Scene>, Failure> {
-        let camera = request.camera(&self.cameras)?;
+        let mut camera = request.camera(&self.cameras)?;
+        let motion = std::mem::take(&mut camera.motion);
+        let frames = frame_cameras(request, &camera, motion)?;
+        if !frames.is_empty() {
+            request.frames_of(frames.len() as u32)?;
+        }
         let has_groups = request.picture.has_light_groups();
         let groups = has_groups.then(|| named(&request.picture, &self.sources));
         let groups = groups.transpose()?;
@@ -126,7 +138,8 @@ impl HeldScene {
                 return Err(scene_failure(&request.scene, message.clone()));
             }
         };
-        if *scene.sensor.desc() != camera {
+        let has_frames = (scene.frames().iter().map(Sensor::desc)).eq(&frames);
+        if *scene.sensor.desc() != camera || !has_frames {
             let Some(scene) = Arc::get_mut(scene) else {
                 return Err(Failure::usage(
                     "the scene is being rendered with another camera or film",
@@ -135,6 +148,7 @@ impl HeldScene {
             };
             let changed = scene.set_sensor(camera);
             changed.map_err(|error| scene_failure(&request.scene, error.message))?;
+            set_frames(scene, request, frames)?;
         }
         if let Some(groups) = groups {
             if !scene.has_light_groups(&groups) {
@@ -159,16 +173,10 @@ fn request(
 ) -> Result<(RenderRequest, Option<LightsFile>), Failure> {
     let args = render_args(scene_words.iter().chain(words).map(String::as_str))?;
     let (request, lights) = request_with_lights(&args)?;
-    if request.kept.lights_out.is_some() {
+    if request.frames.is_walkthrough() && request.frames.only().is_none() {
         return Err(Failure::usage(
-            "--lights-out: a scene in memory has no file of lights",
-            "keep them by the command `manylight render`",
-        ));
-    }
-    if request.frames.is_walkthrough() {
-        return Err(Failure::usage(
-            "--cameras, --frames: a walkthrough is many pictures, expected options of one",
-            "render it by the command `manylight render`",
+            "a picture in memory is one frame of a walkthrough",
+            "give --frames one number, such as --frames=1",
         ));
     }
     let request = RenderRequest {

@@ -2,8 +2,10 @@
 
 use crate::args::{GltfArgs, RenderArgs};
 use crate::failure::Failure;
+use crate::request::RenderRequest;
 use crate::usage::render_args;
 use clap::{Arg, Args, Command};
+use manylight::integrators::{KeptLights, MethodKind};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -24,8 +26,7 @@ pub struct RenderOption {
 pub fn render_options() -> Vec<RenderOption> {
     let loading = GltfArgs::augment_args(Command::new("load"));
     let loading = loading.get_arguments().map(Arg::get_id);
-    // Frames belong to walkthroughs, which scenes in memory do not have.
-    let loading: Vec<_> = loading.filter(|id| *id != "fps").collect();
+    let loading: Vec<_> = loading.collect();
     let command = RenderArgs::augment_args(Command::new("render"));
     let default = |argument: &Arg| {
         let text = argument.get_default_values().first()?.to_str()?;
@@ -50,8 +51,27 @@ pub fn render_options() -> Vec<RenderOption> {
 /// # Errors
 /// An option is wrong.
 pub fn pass_limit(words: &[String]) -> Result<Option<u32>, Failure> {
-    let words = ["scene"]
-        .into_iter()
-        .chain(words.iter().map(String::as_str));
-    Ok(render_args(words)?.budget.budget().passes)
+    Ok(args_of(words)?.budget.budget().passes)
+}
+
+/// Whether a render with these words of options has virtual lights that can be kept in a file.
+///
+/// # Errors
+/// An option is wrong.
+pub fn keeps_lights(words: &[String]) -> Result<bool, Failure> {
+    let args = args_of(words)?;
+    let request = RenderRequest::new(&args)?;
+    Ok(match &request.kind {
+        MethodKind::ManyLight(lights) => KeptLights::check(lights).is_ok(),
+        _ => false,
+    })
+}
+
+/// Options of a render of any scene.
+fn args_of(words: &[String]) -> Result<Box<RenderArgs>, Failure> {
+    render_args(
+        ["scene"]
+            .into_iter()
+            .chain(words.iter().map(String::as_str)),
+    )
 }

@@ -46,6 +46,12 @@ pub fn render_part(
     interrupt: &Interrupt,
     observer: &mut (dyn Observer + Send),
 ) -> Result<bool, Failure> {
+    if session.request.frames.is_walkthrough() {
+        return Err(Failure::usage(
+            "a part is a share of one picture, not of the frames of a walkthrough",
+            "render frames one by one",
+        ));
+    }
     choose(session, None)?;
     let lights = ShadingLights::of(session, interrupt)?;
     let mut job = RenderJob {

@@ -129,7 +129,12 @@ impl Session {
         denoised: Option<&DenoisedImage>,
     ) -> Picture {
         let metadata = self.report(job, film.passes()).metadata();
-        let facts = PictureFacts::new(&self.scene, &self.scene.sensor, film.id_layers(), metadata);
+        let facts = PictureFacts::new(
+            &self.scene,
+            self.scene.camera(job.frame),
+            film.id_layers(),
+            metadata,
+        );
         Picture::new(film, denoised, &facts)
     }
 }

@@ -31,12 +31,8 @@ fn kept_lights_give_the_bits_of_the_render_that_made_them() {
         "--light-groups",
     ] {
         let folder = kept(options);
-        let groups = if options == "--light-groups" {
-            options
-        } else {
-            ""
-        };
-        let words = format!("render scene.xml --lights-in a.lights {groups} -o b.exr --json -q");
+        // The options that made the lights may be repeated.
+        let words = format!("render scene.xml --lights-in a.lights {options} -o b.exr --json -q");
         let report = folder.run(&words).code(0).json();
         assert!(
             pixels(&folder, "a.exr") == pixels(&folder, "b.exr"),
@@ -126,7 +122,12 @@ fn lights_that_do_not_fit_are_refused() {
         (
             "scene.xml --lights-in a.lights -n 8",
             2,
-            &["--lights has no meaning"],
+            &["--lights 8: the lights of", "made with --lights 16"],
+        ),
+        (
+            "scene.xml --lights-in a.lights --emission vmf",
+            2,
+            &["--emission vmf", "made with --emission table"],
         ),
         (
             "scene.xml --lights-in a.lights -m vpl",

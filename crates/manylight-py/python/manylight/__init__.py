@@ -11,6 +11,7 @@ Names and meanings of options are those of the command ``manylight render``, whi
 """
 
 from . import transforms
+from ._frames import frames, keeps_lights
 from ._lights import Lights, octahedral_directions, read_lights
 from ._maps import LightPositions, Maps, maps
 from ._native import Image, __version__, instruction_set
@@ -33,7 +34,9 @@ __all__ = [
     "UsageError",
     "__version__",
     "compare",
+    "frames",
     "instruction_set",
+    "keeps_lights",
     "load_dict",
     "load_file",
     "maps",

@@ -6,12 +6,13 @@ import contextlib
 import json
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
+from ._cameras import Cameras, frame_words
 from ._native import Image
 from ._options import default, render_words, with_options
 from ._scene import Scene, load_file
@@ -34,6 +35,8 @@ def render(
     target_error: float | None = None,
     seed: int = default("seed"),
     size: tuple[int, int] | None = None,
+    cameras: Cameras | None = None,
+    frame: int | None = None,
     progress: bool | Progress = False,
     **options: Any,
 ) -> Image:
@@ -50,6 +53,8 @@ def render(
         target_error: The render stops when the relative error of the image, denoised if it is, is at most this value with 95 % confidence.
         seed: Images with the same seed have the same bits, for any number of threads.
         size: Width and height in pixels. Default: the size in the scene.
+        cameras: The cameras of a walkthrough, of which ``frame`` is rendered, as for `manylight.frames`.
+        frame: A frame of a walkthrough, counted from 1. It has the bits of a render of all frames.
         progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
             limit ends the render), and seconds. An exception of it ends the render.
         **options: Any other option of ``manylight render``, with underscores, as listed below: ``max_depth=5``, ``filter="box"``,
@@ -60,13 +65,25 @@ def render(
         SceneError: The scene is invalid.
         ComponentError: The denoiser is missing.
     """
-    scene = as_scene(scene)
     limits = {"passes": passes, "time": time, "target_error": target_error}
-    command = render_words({"method": method, **limits, "seed": seed, "size": size, **options})
-    with _shown(progress, _native.pass_limit(command)) as report:
-        image = _native.render(scene._native, command, report)
+    settings = {"method": method, **limits, "seed": seed, "size": size, **options}
+    return rendered(as_scene(scene), settings, cameras, frame, progress)
+
+
+def rendered(
+    scene: Scene,
+    settings: Mapping[str, Any],
+    cameras: Cameras | None,
+    frame: int | None,
+    progress: bool | Progress,
+    lasts: bool = True,
+) -> Image:
+    """`render`, with its further keywords as ``settings``. ``lasts``: whether the files that these name last."""
+    command = render_words(settings)
+    with frame_words(cameras, frame) as (of_frame, has_file), _shown(progress, _native.pass_limit(command)) as report:
+        image = _native.render(scene._native, command + of_frame, report, repeatable=lasts and has_file)
     if image.interrupted:
-        warnings.warn(f"interrupted: the image has {image.passes} passes", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"interrupted: the image has {image.passes} passes", RuntimeWarning, stacklevel=3)
     return image
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from . import _native
+from ._cameras import Cameras, frame_words
 from ._dictionary import written
 from ._options import default, render_words, words
 from .errors import Error
@@ -54,7 +55,19 @@ class Scene:
         """Names of the cameras, in the order of their indices; a name may be empty."""
         return self._native.cameras
 
-    def passes(self, method: str = default("method"), **options: Any) -> Iterator[Image]:
+    @property
+    def frame_counts(self) -> list[int]:
+        """Number of frames of each camera: 0 for one that stands still."""
+        return self._native.frame_counts
+
+    def passes(
+        self,
+        method: str = default("method"),
+        *,
+        cameras: Cameras | None = None,
+        frame: int | None = None,
+        **options: Any,
+    ) -> Iterator[Image]:
         """Renders the scene, and returns an iterator over the images after each pass.
 
         The options are those of `manylight.render`, without ``denoise`` and ``progress``. A further pass is rendered while the program
@@ -64,7 +77,8 @@ class Scene:
                 if image.relative_error < 0.02:
                     break
         """
-        return _native.passes(self._native, render_words({"method": method, **options}))
+        with frame_words(cameras, frame) as (of_frame, lasts):
+            return _native.passes(self._native, render_words({"method": method, **options}) + of_frame, repeatable=lasts)
 
     def __reduce__(self) -> tuple:
         return _load_again, self._source
@@ -86,6 +100,7 @@ def load_file(
     environment: str | os.PathLike[str] | None = None,
     environment_scale: float | None = None,
     variant: str | None = None,
+    fps: float | None = None,
     **defines: Any,
 ) -> Scene:
     """Loads a scene: Mitsuba XML, PBRT, or glTF 2.0.
@@ -97,6 +112,7 @@ def load_file(
         environment: Environment of a glTF scene: an equirectangular image (exr or hdr), or ``"white"`` for a radiance of 1.
         environment_scale: Factor of the radiance of this environment.
         variant: Material variant of a glTF scene.
+        fps: Frames per second of a camera that moves in the scene.
         **defines: Values of ``$name`` parameters of a Mitsuba scene.
 
     Raises:
@@ -111,6 +127,7 @@ def load_file(
         "environment": environment,
         "environment_scale": environment_scale,
         "variant": variant,
+        "fps": fps,
     }
     command = [path, *words(options)]
     for name, value in defines.items():

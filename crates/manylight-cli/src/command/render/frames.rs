@@ -18,7 +18,6 @@ use manylight::film::Film;
 use manylight::render::{RenderJob, Stop, Walkthrough};
 use manylight_denoise::Oidn;
 use manylight_io::{check_replaceable, shown_path};
-use manylight_lab::text::plural;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -144,24 +143,13 @@ fn of_frame(session: &Session, frame: u32) -> RenderRequest {
     }
 }
 
-/// The frames that are asked for, out of `count`.
+/// The frames that are asked for, out of `count`, without those that are to be skipped.
 fn frames_to_render(request: &RenderRequest, count: u32) -> Result<Vec<u32>, Failure> {
-    let range = request.frames.frames;
-    let (first, last) = range.map_or((1, None), |range| (range.first, range.last));
-    let last = last.unwrap_or(count);
-    if let Some(range) = range.filter(|_| first.max(last) > count) {
-        return Err(Failure::usage(
-            format!(
-                "--frames {range}: found {count} camera{}",
-                plural(count as usize)
-            ),
-            "frames are counted from 1",
-        ));
-    }
     let is_kept = |frame: &u32| {
         request.frames.skip_existing && files(request, *frame).iter().all(|file| file.exists())
     };
-    Ok((first..=last).filter(|frame| !is_kept(frame)).collect())
+    let frames = request.frames_of(count)?;
+    Ok(frames.filter(|frame| !is_kept(frame)).collect())
 }
 
 /// The files of a frame.

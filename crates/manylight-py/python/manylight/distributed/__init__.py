@@ -7,5 +7,6 @@ Needs the package ``distributed``: ``pip install manylight[distributed]``.
 """
 
 from .driver import Report, render
+from .frames import render_frames
 
-__all__ = ["Report", "render"]
+__all__ = ["Report", "render", "render_frames"]

@@ -72,7 +72,8 @@ def render(
     if not isinstance(scene, ml.Scene):
         scene = ml.load_file(scene)
     options = {"method": method, "block": block, **options}
-    with _connected(client) as client, _opened(folder, _description(scene, goal, options)) as files:
+    description = {**render_description(scene, options), "passes": goal.passes}
+    with connected(client) as client, opened(folder, description) as files:
         display = Display(progress, goal.passes, block)
         topic = f"manylight-{uuid.uuid4().hex[:12]}"
         cluster = Cluster(client, files, topic, display.hear)
@@ -88,14 +89,14 @@ def render(
             display.close()
 
 
-def _description(scene: ml.Scene, goal: Goal, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What the parts of one render have in common. The number of threads does not change the bits."""
+def render_description(scene: ml.Scene, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What the files of one render have in common. The number of threads does not change the bits."""
     settings = {name: value for name, value in options.items() if name != "threads" and value is not None}
-    return {"version": ml.__version__, "scene": scene.digest, "loading": scene.options, "passes": goal.passes, **settings}
+    return {"version": ml.__version__, "scene": scene.digest, "loading": scene.options, **settings}
 
 
 @contextlib.contextmanager
-def _connected(client: distributed.Client | None) -> Iterator[distributed.Client]:
+def connected(client: distributed.Client | None) -> Iterator[distributed.Client]:
     """The client; the current one; or a worker in this process with all processors."""
     if client is None:
         with contextlib.suppress(ValueError):
@@ -114,7 +115,7 @@ def _connected(client: distributed.Client | None) -> Iterator[distributed.Client
 
 
 @contextlib.contextmanager
-def _opened(path: str | os.PathLike[str] | None, description: Mapping[str, Any]) -> Iterator[Folder]:
+def opened(path: str | os.PathLike[str] | None, description: Mapping[str, Any]) -> Iterator[Folder]:
     """The folder; cleaned after success, and kept after a failure unless it is temporary."""
     folder = Folder(None if path is None else Path(path), description)
     try:

@@ -41,11 +41,16 @@ def check(block: int, shares: int | None, retries: int, options: Mapping[str, An
         raise ml.UsageError(f"block: found {block!r}, expected a multiple of 8")
     if shares is not None and not (_is_integer(shares) and shares >= 1):
         raise ml.UsageError(f"shares: found {shares!r}, expected an integer from 1 on")
-    if not (_is_integer(retries) and retries >= 0):
-        raise ml.UsageError(f"retries: found {retries!r}, expected an integer from 0 on")
+    check_retries(retries)
     for name in _NOT_IN_SHARES:
         if options.get(name) is not None:
             raise ml.UsageError(f"{name}: does not go with shares of a render; leave it out")
+
+
+def check_retries(retries: int) -> None:
+    """Raises UsageError for no number of retries."""
+    if not (_is_integer(retries) and retries >= 0):
+        raise ml.UsageError(f"retries: found {retries!r}, expected an integer from 0 on")
 
 
 def _is_integer(value: Any) -> bool:

@@ -104,7 +104,7 @@ def render_share(task: ShareTask, name: str) -> Share:
     existing = checksum(part)
     if existing is not None:
         return Share(name, task.blocks, task.part, existing, 0.0, 0, worker.address)
-    scene = _scene(task.scene)
+    scene = scene_of(task.scene)
     options = {"threads": worker.state.nthreads, **task.options}
     watch = _Watch(worker, Attempt(part), task.topic)
     start = time.monotonic()
@@ -166,7 +166,8 @@ _loading = threading.Lock()
 _last: tuple[SceneReference, Any] | None = None
 
 
-def _scene(reference: SceneReference) -> Any:
+def scene_of(reference: SceneReference) -> Any:
+    """The scene, loaded once."""
     global _last
     with _loading:
         if _last is None or _last[0] != reference:
