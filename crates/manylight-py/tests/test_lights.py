@@ -46,8 +46,7 @@ def test_a_picture_by_kept_lights_has_the_bits_of_the_command(room, tmp_path):
         ml.render(room, size=(32, 18), lights_in=file, lights=8)
     options = {"passes": 2, "lights": 64, "photons": 4000, "table_size": 24, "table_storage": "blocks"}
     assert np.array_equal(ml.render(room, size=(32, 18), **options, lights_out=tmp_path / "again.lights"), picture)
-    first, again = (ml.read_lights(path)[0].arrays for path in (file, tmp_path / "again.lights"))
-    assert first.keys() == again.keys() and all(np.array_equal(first[name], again[name]) for name in first)
+    assert (tmp_path / "again.lights").read_bytes() == file.read_bytes()
 
 
 def test_other_files_are_refused(room, tmp_path):

@@ -49,6 +49,19 @@ fn write(path: &Path, film: &Film) {
 }
 
 #[test]
+fn the_same_part_has_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
+    let bytes = |k: u32| {
+        let path = folder.path().join(format!("{k}.part"));
+        write(&path, &film);
+        fs::read(path).unwrap()
+    };
+    let first = bytes(0);
+    assert!((1..16).all(|k| bytes(k) == first));
+}
+
+#[test]
 fn a_part_reads_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.part");

@@ -8,6 +8,7 @@ use crate::replace::replace;
 use manylight::arrays::{ArrayKind, ArrayValues, NamedArray};
 use safetensors::tensor::{Dtype, Metadata, TensorInfo};
 use serde::Serialize;
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::fs::File;
@@ -76,7 +77,12 @@ fn head(
         (name.clone(), info)
     });
     let metadata = Metadata::new(Some(metadata), infos.collect()).map_err(io::Error::other)?;
-    let mut json = serde_json::to_vec(&metadata)?;
+    // The entries of the metadata come in an order that differs from run to run.
+    let mut value = serde_json::to_value(&metadata)?;
+    if let Some(Value::Object(entries)) = value.get_mut("__metadata__") {
+        entries.sort_keys();
+    }
+    let mut json = serde_json::to_vec(&value)?;
     json.resize(json.len().next_multiple_of(8), b' ');
     let mut head = (json.len() as u64).to_le_bytes().to_vec();
     head.append(&mut json);
