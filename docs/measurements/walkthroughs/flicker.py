@@ -192,7 +192,7 @@ def main():
             of_frame = ["-m", "rich-vpl", "--passes", str(passes), *denoised]
             return sum(render("apart" + tag, *of_frame, "--frames", str(k), "--seed", str(k)) for k in numbers)
 
-        for name, method, few, many in (("apart", apart, 1, 3), ("path", path, 8, 40)):
+        for name, method, few, many in (("apart", apart, 1, 3), ("path", path, 8, 200)):
             # Time is linear in the passes.
             a, b = method(few), method(many)
             passes = max(1, round(few + (seconds - a) * (many - few) / max(b - a, 1e-3)))
