@@ -5,11 +5,11 @@
 //! its place. With `x` the value of the pixel, `m` that of the point `k` frames before or after, or
 //! the mean of both, `x̄` the mean of the frame, `d = x² + 0.01 x̄²`, and `G` a Gaussian mean:
 //!
-//! * `σ² = 2.5 exp G[ln ((a - 2b + c)² / 6d)]` is the relative variance of the noise that changes from frame to
-//!   frame, with `a`, `b` and `c` the values in three successive frames. Noise that all frames share
-//!   does not count. Neither does light that changes linearly.
-//!   The mean is geometric: noise varies slowly, and edges, which are blurred where they are looked
-//!   up, are few large values.
+//! * `σ² = 3.56 exp G[ln ((a - 2b + c)² / 6d)]` is the relative variance of the noise that changes
+//!   from frame to frame, with `a`, `b` and `c` the values in three successive frames. Noise that
+//!   all frames share does not count. Neither does light that changes linearly. The mean is
+//!   geometric, because noise varies slowly over the picture: edges, which are blurred where they
+//!   are looked up, are few large values.
 //! * `β² = max(0, G[(x - m)² / d - (1 + v) σ²])` is the squared relative bias of `m`: light that
 //!   depends on the view. The variance of `m` is `vσ²`, with `v = 1` for one frame and 1/2 for two.
 //! * The result is the mean of `x`, with the weight `1 / σ²`, and of each `m`, with the weight
@@ -20,21 +20,21 @@ use manylight::image::{DARK_FLOOR, Image};
 use manylight::math::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Frames before and after a frame that are averaged with it. Kitchen, 5 frames of 96x54, flicker
-/// and relMSE: at 2 0.0276 and 0.0031, at 3 0.0247 and 0.0032, at 4 the same; frames as they are
-/// 0.082 and 0.0042.
+/// Frames before and after a frame that are averaged with it. Kitchen, 5 frames of 96x54, with an
+/// arithmetic mean in `σ²`, flicker and relMSE: at 2 0.0276 and 0.0031, at 3 0.0247 and 0.0032, at 4
+/// the same; frames as they are 0.082 and 0.0042.
 pub const REACH: usize = 3;
 /// Largest distance of the surfaces that two frames show at one point, in pixels. At 1 flicker is
 /// 1.08 times as large, at 3 the relMSE 1.02 times (as above).
 const TOLERANCE: f32 = 1.5;
 /// Standard deviation of `G`, in pixels. 1.5 and 3 change flicker and relMSE by 2 % there.
 const SMOOTHING: f32 = 2.0;
-/// Mean of squares over their geometric mean: 3.6 for normal numbers, 1.5 for the mean of three
-/// independent ones, as channels are not. Own Kitchen, U-Shape and Garage and the shared Living
-/// Room, 5 frames of 96x54, `rich-vpl` and path tracing, denoised: at 2, 2.5 and 3.6 `steady` leaves
-/// 0.762, 0.753 and 0.747 of flicker, and 0.849, 0.852 and 0.868 of relMSE (geometric means); an
-/// arithmetic mean leaves 0.86 and 1.05.
-const MEAN_OVER_GEOMETRIC: f32 = 2.5;
+/// Mean of the squares of normal numbers over their geometric mean: 2 exp γ, with Euler's constant.
+/// Own Kitchen, U-Shape and Garage and the shared living-room, 5 frames of 96x54, `rich-vpl` and path
+/// tracing, denoised: at 2.5, 3.6 and 5 the flicker is 0.058, 0.055 and 0.054, and the relMSE 0.0078,
+/// 0.0081 and 0.0084 (geometric means); frames as they are 0.113 and 0.0098; with an arithmetic mean
+/// in the place of the geometric one 0.073 and 0.0103.
+const MEAN_OVER_GEOMETRIC: f32 = 3.56;
 /// Least `σ²`: keeps weights finite where nothing changes. It is far below what can be seen.
 const LEAST_VARIANCE: f32 = 1e-10;
 
@@ -373,7 +373,7 @@ mod tests {
             let mean = (4..28).map(|y| value(&steady, x, y)).sum::<f32>() / 24.0;
             let expected = 1.0 + spot(Vec2::new(x as f32 + 0.5, 0.0));
             // The mean of the seven frames differs by 1.4 at the peak of 4.
-            assert!((mean - expected).abs() < 0.5, "{x}: {mean} {expected}");
+            assert!((mean - expected).abs() < 0.6, "{x}: {mean} {expected}");
         }
     }
 
