@@ -58,7 +58,7 @@ impl Image {
             ..Image::from_layers(picture.image)
         };
         if let Some(label) = label {
-            image = image.repeatable(false);
+            image = image.without_command();
             for (name, value) in &mut image.metadata {
                 if name == "scene" {
                     label.clone_into(value);
@@ -68,10 +68,9 @@ impl Image {
         image
     }
 
-    /// Without the command that repeats the render, if it names files that do not last.
-    pub(crate) fn repeatable(mut self, is_repeatable: bool) -> Self {
-        self.metadata
-            .retain(|(name, _)| is_repeatable || name != "command");
+    /// Without the command that repeats the render, for one that names files that do not last.
+    pub(crate) fn without_command(mut self) -> Self {
+        self.metadata.retain(|(name, _)| name != "command");
         self
     }
 

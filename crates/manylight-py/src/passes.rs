@@ -99,7 +99,10 @@ impl Passes {
             match next(py, &self.pictures) {
                 Ok(picture) => {
                     let image = Image::new(picture, false, self.label.as_deref());
-                    return Ok(Some(image.repeatable(self.repeatable)));
+                    return Ok(Some(match self.repeatable {
+                        true => image,
+                        false => image.without_command(),
+                    }));
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     if let Err(signal) = py.check_signals() {

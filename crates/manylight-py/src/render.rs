@@ -30,7 +30,10 @@ pub(crate) fn render(
         warn(py, &failure.to_string())?;
     }
     let image = Image::new(rendered.picture, rendered.interrupted, scene.label());
-    Ok(image.repeatable(repeatable))
+    Ok(match repeatable {
+        true => image,
+        false => image.without_command(),
+    })
 }
 
 /// Issues a warning.

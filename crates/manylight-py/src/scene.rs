@@ -1,10 +1,12 @@
 //! Loaded scenes.
 
 use crate::errors::exception;
+use manylight::math::{Affine3A, Mat4};
 use manylight_cli::embed::HeldScene;
-use manylight_io::supported;
+use manylight_io::{read_camera_path, supported};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A loaded scene.
@@ -62,6 +64,14 @@ pub(crate) fn load(py: Python<'_>, words: Vec<String>, label: Option<String>) ->
         held: Arc::new(held),
         label,
     })
+}
+
+/// The matrices from the camera to the world in the file of `--cameras`, row by row.
+#[pyfunction]
+pub(crate) fn read_cameras(py: Python<'_>, path: PathBuf) -> PyResult<Vec<[[f32; 4]; 4]>> {
+    let cameras = read_camera_path(&path).map_err(|error| exception(py, &error.into()))?;
+    let rows = |camera: Affine3A| Mat4::from(camera).transpose().to_cols_array_2d();
+    Ok(cameras.into_iter().map(rows).collect())
 }
 
 /// Names of the plugins of Mitsuba scenes that are supported, by family.

@@ -75,7 +75,7 @@ def test_wrong_frames(room, cameras):
             ml.render(room, **options, **SMALL)
     with pytest.raises(ml.UsageError, match="stands still"):
         next(ml.frames(room, **SMALL))
-    with pytest.raises(ml.FileError, match="cannot read the cameras"):
+    with pytest.raises(ml.FileError, match="cannot read the camera path"):
         next(ml.frames(room, cameras="missing.json", **SMALL))
     assert room.frame_counts == [0]
 

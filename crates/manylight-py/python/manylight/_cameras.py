@@ -11,25 +11,22 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from . import _native
 from ._options import words
-from .errors import FileError, UsageError
+from .errors import UsageError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-#: Matrices from the camera to the world, (n, 4, 4), or a JSON file of them. As in Mitsuba, a camera looks along +z, with +y up and +x to the left.
+#: Matrices from the camera to the world, (n, 4, 4), or a JSON file of them. As in Mitsuba, a camera looks along +z, with +y up and
+#: +x to the left.
 Cameras: TypeAlias = "ArrayLike | str | os.PathLike[str]"
 
 
 def camera_matrices(cameras: Cameras) -> np.ndarray:
-    """The matrices, (n, 4, 4). Raises UsageError or FileError."""
+    """The matrices, (n, 4, 4). Raises UsageError, SceneError or FileError."""
     if isinstance(cameras, (str, os.PathLike)):
-        path = os.fspath(cameras)
-        try:
-            with open(path, encoding="utf-8") as file:
-                cameras = json.load(file)
-        except (OSError, ValueError) as error:
-            raise FileError(f"cannot read the cameras: {error}", file=path) from error
+        return np.array(_native.read_cameras(os.fspath(cameras)))
     try:
         matrices = np.asarray(cameras, np.float64)
         if matrices.ndim == 2 and matrices.shape[1] == 16:

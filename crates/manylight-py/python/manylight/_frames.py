@@ -17,7 +17,7 @@ from .errors import UsageError
 if TYPE_CHECKING:
     from ._native import Image
 
-__all__ = ["frame_count", "frames", "keeps_lights"]
+__all__ = ["frame_numbers", "frames", "keeps_lights"]
 
 
 @with_options
@@ -52,16 +52,15 @@ def frames(
         UsageError, SceneError, ComponentError: As for `manylight.render`.
     """
     scene = as_scene(scene)
-    count = frame_count(scene, cameras, options.get("sensor", 0))
-    numbers = range(1, count + 1) if frames is None else list(frames)
+    numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
     keeps = "lights_in" not in options and keeps_lights(method, **options)
     with tempfile.TemporaryDirectory(prefix="manylight-") as folder:
         named = options.pop("lights_out", None)
         lights = named or (os.path.join(folder, "walk.lights") if keeps else None)
+        lasts = lights == named
         settings = {"method": method, **options}
         kept = {"lights_out": lights}
         for number in numbers:
-            lasts = lights is None or named is not None
             image = rendered(scene, {**settings, **kept}, cameras, number, progress, lasts)
             yield image
             if image.interrupted:
@@ -70,15 +69,18 @@ def frames(
                 kept = {"lights_in": lights}
 
 
-def frame_count(scene: Scene, cameras: Cameras | None, sensor: int) -> int:
-    """The number of frames of a walkthrough. Raises UsageError if there are none."""
+def frame_numbers(scene: Scene, cameras: Cameras | None, frames: Iterable[int] | None, sensor: int) -> list[int]:
+    """Numbers of the frames that are asked for, by default of all. Raises UsageError if the camera stands still."""
+    if frames is not None:
+        return list(frames)
     if cameras is not None:
-        return len(camera_matrices(cameras))
-    counts = scene.frame_counts
-    count = counts[sensor] if 0 <= sensor < len(counts) else 0
+        count = len(camera_matrices(cameras))
+    else:
+        counts = scene.frame_counts
+        count = counts[sensor] if 0 <= sensor < len(counts) else 0
     if count == 0:
         raise UsageError("the camera of the scene stands still", suggestion="give cameras, the matrices of the frames")
-    return count
+    return list(range(1, count + 1))
 
 
 def keeps_lights(method: str, **options: Any) -> bool:

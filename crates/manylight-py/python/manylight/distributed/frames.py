@@ -13,14 +13,14 @@ from typing import Any
 import distributed
 import manylight as ml
 from manylight._cameras import Cameras, camera_matrices
-from manylight._frames import frame_count
+from manylight._frames import frame_numbers
 from manylight._native import frame_file
 from manylight._options import default
 from tqdm import tqdm
 
 from .cluster import Cluster
 from .driver import connected, opened, render_description
-from .settings import check_retries
+from .settings import check_retries, refuse
 from .worker import RESOURCE, SceneReference, scene_of
 
 #: Virtual lights of the walkthrough, in the folder of its frames until all are rendered.
@@ -78,14 +78,11 @@ def render_frames(
         SceneError, FileError: As for `manylight.render`, from the workers.
     """
     check_retries(retries)
-    for name in _NOT_OF_FRAMES:
-        if options.get(name) is not None:
-            raise ml.UsageError(f"{name}: does not go with frames; leave it out")
+    refuse(options, _NOT_OF_FRAMES, "frames")
     if not isinstance(scene, ml.Scene):
         scene = ml.load_file(scene)
     output = os.path.abspath(os.fspath(output))
-    count = frame_count(scene, cameras, options.get("sensor", 0))
-    numbers = list(range(1, count + 1)) if frames is None else list(frames)
+    numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
     files = {number: Path(frame_file(output, number)) for number in numbers}
     options = {"method": method, **options}
     makes_lights = "lights_in" not in options and ml.keeps_lights(**options)

@@ -1,7 +1,7 @@
 """Checks of the settings of a render, before anything is sent."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,9 +42,14 @@ def check(block: int, shares: int | None, retries: int, options: Mapping[str, An
     if shares is not None and not (_is_integer(shares) and shares >= 1):
         raise ml.UsageError(f"shares: found {shares!r}, expected an integer from 1 on")
     check_retries(retries)
-    for name in _NOT_IN_SHARES:
+    refuse(options, _NOT_IN_SHARES, "shares of a render")
+
+
+def refuse(options: Mapping[str, Any], names: Iterable[str], what: str) -> None:
+    """Raises UsageError for given options that have no meaning for ``what``."""
+    for name in names:
         if options.get(name) is not None:
-            raise ml.UsageError(f"{name}: does not go with shares of a render; leave it out")
+            raise ml.UsageError(f"{name}: does not go with {what}; leave it out")
 
 
 def check_retries(retries: int) -> None:
