@@ -13,7 +13,7 @@ use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
 use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width, Word, split};
 use crate::math::{Vec2, Vec3};
 use crate::simd::set_bits;
-use crate::texture::{ColorInput, Texture};
+use crate::texture::Texture;
 
 /// Fraction of the samples of infinite lights that are guided, where there is a guide. Measured at
 /// 0.5, 0.75 and 0.9, over 4 passes of an interior lit through its windows: the variance of direct
@@ -334,25 +334,14 @@ impl Emitters {
                 found |= 1 << i;
             }
         }
-        let mut all = Color::black(s);
-        for (i, lanes) in Word::load(s, &emitters).groups(Mask::from_bits(s, found)) {
-            let here = match self.emitters.get(i as usize) {
-                Some(Emitter::Area {
-                    radiance: ColorInput::Constant(radiance),
-                }) => Color::splat(s, *radiance),
-                Some(Emitter::Area { radiance }) => {
-                    let mut colors = s.each(|_| Rgb::BLACK);
-                    for i in set_bits(lanes.bits()) {
-                        let x = geometry.surface_point(x.at.as_ref()[i]);
-                        colors.as_mut()[i] = radiance.eval(&x, textures);
-                    }
-                    Color::from_fn(s, |i| colors.as_ref()[i])
-                }
-                _ => continue,
-            };
-            all = Color::select(lanes, here, all);
-        }
-        all
+        let emitters = Word::load(s, &emitters);
+        let found = Mask::from_bits(s, found);
+        (self.scene(geometry, textures)).surface_radiance(emitters, found, x, |emitter| {
+            match emitter {
+                Emitter::Area { radiance } => Some(*radiance),
+                _ => None,
+            }
+        })
     }
 }
 

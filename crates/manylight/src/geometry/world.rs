@@ -223,6 +223,19 @@ impl Geometry {
     /// On spheres and cylinders under a transform that is not a similarity the density is not quite
     /// uniform; `pdf_area` is exact.
     pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
+        let (at, pdf_area) = self.sample_area_ref(primitive, u)?;
+        Some(AreaSample {
+            point: self.surface_point(at),
+            pdf_area,
+        })
+    }
+
+    /// The point of [`Geometry::sample_area`] by reference, and its density.
+    pub(crate) fn sample_area_ref(
+        &self,
+        primitive: PrimitiveId,
+        u: Vec2,
+    ) -> Option<(SurfaceRef, f32)> {
         let placement = &self.placements[primitive.index()];
         let (element, coordinates, pdf_area) = placement.sample(&self.table, u)?;
         let at = SurfaceRef {
@@ -231,10 +244,7 @@ impl Geometry {
             instance: SurfaceRef::NO_INSTANCE,
             coordinates,
         };
-        Some(AreaSample {
-            point: self.surface_point(at),
-            pdf_area,
-        })
+        Some((at, pdf_area))
     }
 }
 

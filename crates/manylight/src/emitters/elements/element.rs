@@ -1,13 +1,11 @@
 //! One element of an emitter: sampling and densities.
 
-use super::visible_point::VisiblePoint;
 use crate::color::Rgb;
 use crate::emitters::EmissionSource;
 use crate::geometry::{Geometry, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::math::{Aabb, Cone, Vec2, Vec3};
 use crate::sampling::warp;
-use crate::texture::{ColorInput, Texture};
 
 /// The set of points of an element, and how it is sampled.
 #[derive(Clone, Copy, Debug)]
@@ -65,36 +63,6 @@ impl EmitterElement {
         }
     }
 
-    /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards
-    /// `p`.
-    pub(super) fn sample(
-        &self,
-        geometry: &Geometry,
-        textures: &[Texture],
-        radiance: ColorInput,
-        p: Vec3,
-        u: Vec2,
-    ) -> Option<VisiblePoint> {
-        let y = self.sample_area(geometry, u)?;
-        let d = y.p - p;
-        let wi = d.try_normalize()?;
-        if y.frame.n.dot(wi) >= 0.0 {
-            return None;
-        }
-        let d2 = d.length_squared();
-        let pdf = d2 * self.pdf_area(&y) / (y.ng.dot(d).abs() / d2.sqrt());
-        let radiance = radiance.eval(&y, textures);
-        if !(pdf > 0.0 && pdf.is_finite()) || radiance.is_black() {
-            return None;
-        }
-        Some(VisiblePoint {
-            wi,
-            target: y.offset_towards(-wi),
-            pdf,
-            radiance,
-        })
-    }
-
     /// Density of [`EmitterElement::sample_area`] in 1/m².
     pub(in crate::emitters) fn pdf_area(&self, y: &SurfacePoint) -> f32 {
         match self.shape {
@@ -111,12 +79,17 @@ impl EmitterElement {
         geometry: &Geometry,
         u: Vec2,
     ) -> Option<SurfacePoint> {
+        Some(geometry.surface_point(self.sample_ref(geometry, u)?))
+    }
+
+    /// [`EmitterElement::sample_area`] by reference.
+    pub(super) fn sample_ref(&self, geometry: &Geometry, u: Vec2) -> Option<SurfaceRef> {
         match self.shape {
             ElementShape::Primitive | ElementShape::Stretched { .. } => {
-                Some(geometry.sample_area(self.primitive, u)?.point)
+                Some(geometry.sample_area_ref(self.primitive, u)?.0)
             }
             ElementShape::Triangle { index } => {
-                Some(geometry.surface_point(surface_ref(self.primitive, index, warp::triangle(u))))
+                Some(surface_ref(self.primitive, index, warp::triangle(u)))
             }
             ElementShape::Point => None,
         }

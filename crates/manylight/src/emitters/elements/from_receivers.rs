@@ -8,11 +8,11 @@ use super::sphere::SphereCones;
 use super::visible_point::VisiblePoints;
 use crate::color::Rgb;
 use crate::emitters::Emitter;
-use crate::geometry::{Geometry, SurfacePoints};
+use crate::geometry::{Derivatives, Geometry, SurfacePoints};
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
 use crate::math::{Vec2, Vec3};
 use crate::simd::{outlined, set_bits};
-use crate::texture::Texture;
+use crate::texture::{ColorInput, Texture};
 
 /// The lanes with elements of each kind.
 struct Kinds<S: Width> {
@@ -28,6 +28,38 @@ pub(in crate::emitters) struct EmittingScene<'a> {
     pub(in crate::emitters) emitters: &'a [Emitter],
     pub(in crate::emitters) geometry: &'a Geometry,
     pub(in crate::emitters) textures: &'a [Texture],
+}
+
+impl EmittingScene<'_> {
+    /// Radiance in W/(m² sr) that the surfaces at the points `x` emit, by the indices of their
+    /// emitters; black in lanes outside of `lanes`, and for emitters that `radiance` does not know.
+    #[inline(always)]
+    pub(in crate::emitters) fn surface_radiance<S: Width>(
+        self,
+        emitters: Word<S>,
+        lanes: Mask<S>,
+        x: &SurfacePoints<S>,
+        radiance: impl Fn(&Emitter) -> Option<ColorInput>,
+    ) -> Color<S> {
+        let s = lanes.width();
+        let mut all = Color::black(s);
+        for (i, lanes) in emitters.groups(lanes) {
+            let here = match self.emitters.get(i as usize).and_then(&radiance) {
+                None => continue,
+                Some(ColorInput::Constant(radiance)) => Color::splat(s, radiance),
+                Some(radiance) => {
+                    let mut colors = s.each(|_| Rgb::BLACK);
+                    for i in set_bits(lanes.bits()) {
+                        let x = self.geometry.surface_point(x.at.as_ref()[i]);
+                        colors.as_mut()[i] = radiance.eval(&x, self.textures);
+                    }
+                    Color::from_fn(s, |i| colors.as_ref()[i])
+                }
+            };
+            all = Color::select(lanes, here, all);
+        }
+        all
+    }
 }
 
 /// Points of elements, and the lanes in which no walk finds them: points, spots and surfaces that
@@ -141,7 +173,7 @@ impl ElementList {
         }
     }
 
-    /// Surfaces without a form in lanes.
+    /// Other surfaces, by area.
     #[inline(always)]
     fn surfaces<S: Width>(
         &self,
@@ -151,14 +183,39 @@ impl ElementList {
         p: Vector<S>,
         u: Pair<S>,
     ) -> VisiblePoints<S> {
-        let (elements, p, u) = (element.store(), p.store(), [u.x.store(), u.y.store()]);
-        VisiblePoints::each(lanes, |i| {
+        let s = lanes.width();
+        let (elements, u) = (element.store(), [u.x.store(), u.y.store()]);
+        let (mut refs, mut emitters) = (s.each(|_| None), s.each(|_| 0));
+        let (mut any, mut sampled) = (None, 0);
+        for i in set_bits(lanes.bits()) {
             let element = self.element(elements.as_ref()[i] as usize);
-            let radiance = scene.emitters[element.emitter.index()].surface_radiance()?;
-            let p = p.each_ref().map(|x| x.as_ref()[i]).into();
             let u = u.each_ref().map(|x| x.as_ref()[i]).into();
-            element.sample(scene.geometry, scene.textures, radiance, p, u)
-        })
+            let at = element.sample_ref(scene.geometry, u);
+            refs.as_mut()[i] = at;
+            emitters.as_mut()[i] = element.emitter.0;
+            any = any.or(at);
+            sampled |= u32::from(at.is_some()) << i;
+        }
+        let Some(any) = any else {
+            return VisiblePoints::none(s);
+        };
+        let refs = s.each(|i| refs.as_ref()[i].unwrap_or(any));
+        let y = scene
+            .geometry
+            .surface_points(s, &refs, Derivatives::OfPosition);
+        let (wi, is_apart) = (y.p - p).try_normalize();
+        let faces = is_apart & y.frame.n.dot(wi).lt(0.0);
+        let sampled = Mask::from_bits(s, sampled) & faces;
+        let pdf = self.pdf(element, sampled, p, &y);
+        let emitters = Word::load(s, &emitters);
+        let radiance = scene.surface_radiance(emitters, sampled, &y, Emitter::surface_radiance);
+        VisiblePoints {
+            wi,
+            target: y.offset_towards(-wi),
+            pdf,
+            radiance,
+            valid: sampled & pdf.gt(0.0) & pdf.is_finite() & !radiance.is_black(),
+        }
     }
 
     /// Density per solid angle of sampling the points `y` of elements with [`ElementList::sample`]
