@@ -1,10 +1,8 @@
 //! A scattering function with a fixed incident direction, for tables of radiant intensity.
 
 use super::{Bsdf, FixedWoLanes, LaneModel, Lobes};
-use crate::color::Rgb;
-use crate::lanes::{Color, LANES, LaneMask, Lanes3, Mask, Sixteen, Vector, lanes_of};
+use crate::lanes::{Color, LaneMask, Lanes3, Mask, Sixteen, Vector, lanes_of};
 use crate::math::Vec3;
-use crate::simd::{Isa, Simd, SimdKernel};
 
 /// A scattering function with a fixed `wi` and a fixed set of lobes: a function of `wo`.
 #[derive(Clone, Debug)]
@@ -29,12 +27,6 @@ impl<'b, 's> FixedWi<'b, 's> {
         }
     }
 
-    /// Replaces the contents of `out` by [`Bsdf::f_cos_wo`] in each of the unit directions.
-    pub fn f_cos_wo(&self, directions: &[Vec3], out: &mut Vec<Rgb>) {
-        out.clear();
-        Isa::best().run(DirectionsInLanes(self, directions, out));
-    }
-
     /// [`Bsdf::f_cos_wo`] in each active lane, for unit directions `wo`. Other lanes are
     /// unspecified.
     #[inline(always)]
@@ -55,23 +47,5 @@ impl<'b, 's> FixedWi<'b, 's> {
         let (by_ng, by_ns) = (wo.dot(Vector::splat(s, ng)), wo.dot(Vector::splat(s, ns)));
         // Where `by_ns` is zero, the value is zero as well.
         values * (by_ng.abs() * incident / by_ns.abs().max(f32::MIN_POSITIVE))
-    }
-}
-
-struct DirectionsInLanes<'a>(&'a FixedWi<'a, 'a>, &'a [Vec3], &'a mut Vec<Rgb>);
-
-impl SimdKernel for DirectionsInLanes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Simd>(self, isa: I) {
-        let DirectionsInLanes(fixed, directions, out) = self;
-        let s = isa.wide();
-        for chunk in directions.chunks(LANES) {
-            let wo = Lanes3::from_fn(|i| chunk[i.min(chunk.len() - 1)]);
-            let used = Mask::from_bits(s, u32::MAX >> (32 - chunk.len()));
-            let values = Lanes3::of_colors(fixed.f_cos_wo_each(wo.vectors(s), used));
-            out.extend((0..chunk.len()).map(|i| values.rgb(i)));
-        }
     }
 }

@@ -58,7 +58,31 @@ pub(super) struct Grid {
     /// Integrals of the bilinear hat functions of the texels over the sphere, in sr.
     pub(super) hats: Vec<f32>,
     fine: Vec<SubSamples<{ FINE * FINE }>>,
-    coarse: Vec<SubSamples<{ COARSE * COARSE }>>,
+    /// By texel: its samples in the mean of narrow lobes.
+    coarse: Vec<[TexelSample; COARSE * COARSE]>,
+}
+
+/// A direction within a texel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TexelSample {
+    pub(super) texel: usize,
+    /// Unit direction.
+    pub(super) w: Vec3,
+    /// Fraction of the texel's solid angle.
+    pub(super) share: f32,
+}
+
+impl TexelSample {
+    /// The samples in the mean of narrow lobes over texel `t`.
+    fn within(t: usize, side: usize) -> [TexelSample; COARSE * COARSE] {
+        let samples = SubSamples::<{ COARSE * COARSE }>::new(t, side);
+        let total: f32 = samples.solid_angle.iter().sum();
+        std::array::from_fn(|s| TexelSample {
+            texel: t,
+            w: samples.direction(s),
+            share: samples.solid_angle[s] / total,
+        })
+    }
 }
 
 impl Grid {
@@ -84,7 +108,7 @@ impl Grid {
             centers: texels.clone().map(|t| texel_direction(t, side)).collect(),
             hats,
             fine: texels.clone().map(|t| SubSamples::new(t, side)).collect(),
-            coarse: texels.map(|t| SubSamples::new(t, side)).collect(),
+            coarse: texels.map(|t| TexelSample::within(t, side)).collect(),
         }
     }
 
@@ -114,11 +138,18 @@ impl Grid {
         ]
     }
 
-    /// Directions within a texel, each with its fraction of the texel's solid angle.
-    pub(super) fn within_texel(&self, t: usize) -> impl Iterator<Item = (Vec3, f32)> {
-        let samples = &self.coarse[t];
-        let total: f32 = samples.solid_angle.iter().sum();
-        (0..COARSE * COARSE).map(move |s| (samples.direction(s), samples.solid_angle[s] / total))
+    /// The center of texel `t`.
+    pub(super) fn at_center(&self, t: usize) -> TexelSample {
+        TexelSample {
+            texel: t,
+            w: self.centers[t],
+            share: 1.0,
+        }
+    }
+
+    /// Directions within texel `t`.
+    pub(super) fn within_texel(&self, t: usize) -> [TexelSample; COARSE * COARSE] {
+        self.coarse[t]
     }
 
     /// Integral of the bilinear function over the sphere, or above the horizon of the unit normal

@@ -9,8 +9,10 @@ use super::reflection::{EmissionDomain, Reflection};
 use super::table_lookup::bilinear;
 use crate::bsdf::{FixedWi, Lobes};
 use crate::color::Rgb;
+use crate::lanes::{Color, Float, LANES, Lanes3, Mask};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
+use crate::simd::{Isa, Simd, SimdKernel, set_bits};
 
 /// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the
 /// texel's center. At 0.15 and 0.6 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy
@@ -66,7 +68,13 @@ impl Grid {
         rng: &mut Pcg,
     ) -> (Vec<Rgb>, Rgb) {
         let mut texels = vec![Rgb::BLACK; self.side() * self.side()];
-        self.evaluate(paths, width, domain, &mut texels);
+        Isa::best().run(Evaluation {
+            grid: self,
+            paths,
+            is_narrow: width < NARROW,
+            blocks: self.blocks_inside(domain),
+            texels: &mut texels,
+        });
         let mut flux = self.integral(&texels, domain.horizon());
         let mut scale = correction(flux, target);
         if scale.is_none() {
@@ -80,67 +88,6 @@ impl Grid {
         let scale = scale.unwrap_or(Rgb::WHITE);
         texels.iter_mut().for_each(|texel| *texel *= scale);
         (texels, flux * scale)
-    }
-
-    /// Adds the intensity of the paths: first one value for each block of 2 x 2 texels, then the
-    /// separate texels of bright blocks.
-    fn evaluate(
-        &self,
-        paths: &[Reflection],
-        width: f32,
-        domain: EmissionDomain,
-        texels: &mut [Rgb],
-    ) {
-        let narrow = width < NARROW;
-        let bright_share = if narrow {
-            NARROW_BRIGHT_SHARE
-        } else {
-            WIDE_BRIGHT_SHARE
-        };
-        let (blocks, middles) = self.blocks_inside(domain);
-        // Sums over the paths for which a block is dim: its texels share one value of such a path.
-        let mut block_sums = vec![Rgb::BLACK; blocks.len()];
-        let (mut block_values, mut values) = (Vec::new(), Vec::new());
-        let (mut samples, mut directions) = (Vec::new(), Vec::new());
-        for path in paths {
-            let outgoing = FixedWi::new(&path.bsdf, path.wi, Lobes::GLOSSY);
-            outgoing.f_cos_wo(&middles, &mut block_values);
-            let mut brightest = 0.0f32;
-            for value in &mut block_values {
-                *value *= path.flux;
-                brightest = brightest.max(value.luminance());
-            }
-            samples.clear();
-            directions.clear();
-            let mut add_sample = |t: usize, share: f32, w: Vec3| {
-                samples.push((t, share));
-                directions.push(w);
-            };
-            for ((block, value), sum) in blocks.iter().zip(&block_values).zip(&mut block_sums) {
-                if value.luminance() < bright_share * brightest {
-                    *sum += *value;
-                    continue;
-                }
-                for &t in block.texels() {
-                    if narrow {
-                        for (w, share) in self.within_texel(t) {
-                            add_sample(t, share, w);
-                        }
-                    } else {
-                        add_sample(t, 1.0, self.center(t));
-                    }
-                }
-            }
-            outgoing.f_cos_wo(&directions, &mut values);
-            for (&(t, share), value) in samples.iter().zip(&values) {
-                texels[t] += *value * path.flux * share;
-            }
-        }
-        for (block, sum) in blocks.iter().zip(block_sums) {
-            for &t in block.texels() {
-                texels[t] += sum;
-            }
-        }
     }
 
     /// The blocks of 2 x 2 texels that have texel centers in `domain`, and for each the direction,
@@ -174,6 +121,92 @@ impl Grid {
             }
         });
     }
+}
+
+/// Adds the intensity of paths to a table: first one value for each block of 2 x 2 texels, then the
+/// separate texels of bright blocks.
+struct Evaluation<'a, 's> {
+    grid: &'a Grid,
+    paths: &'a [Reflection<'s>],
+    /// Whether lobes are narrower than [`NARROW`].
+    is_narrow: bool,
+    /// As of [`Grid::blocks_inside`].
+    blocks: (Vec<Block>, Vec<Vec3>),
+    texels: &'a mut [Rgb],
+}
+
+impl SimdKernel for Evaluation<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Simd>(self, isa: I) {
+        let s = isa.wide();
+        let all = Mask::splat(s, true);
+        let Evaluation {
+            grid,
+            paths,
+            is_narrow,
+            blocks: (blocks, middles),
+            texels,
+        } = self;
+        let bright_share = match is_narrow {
+            true => NARROW_BRIGHT_SHARE,
+            false => WIDE_BRIGHT_SHARE,
+        };
+        let middles: Vec<Lanes3> = in_lanes(&middles, |w| *w).collect();
+        // Sums over the paths for which a block is dim: its texels share one value of such a path.
+        let mut sums = vec![Lanes3::ZERO; middles.len()];
+        let (mut values, mut samples) = (sums.clone(), Vec::new());
+        for path in paths {
+            let outgoing = FixedWi::new(&path.bsdf, path.wi, Lobes::GLOSSY);
+            let flux = Color::splat(s, path.flux);
+            let mut brightest = Float::splat(s, 0.0);
+            for (value, w) in values.iter_mut().zip(&middles) {
+                let intensity = outgoing.f_cos_wo_each(w.vectors(s), all) * flux;
+                brightest = brightest.max(intensity.luminance());
+                *value = Lanes3::of_colors(intensity);
+            }
+            let brightest = brightest.store().iter().fold(0.0, |a: f32, &b| a.max(b));
+            samples.clear();
+            let blocks = blocks.chunks(LANES);
+            for ((value, sum), blocks) in values.iter().zip(&mut sums).zip(blocks) {
+                let intensity = value.colors(s);
+                let is_dim = intensity.luminance().lt(bright_share * brightest);
+                let dim = intensity.within(is_dim);
+                *sum = Lanes3::of_colors(sum.colors(s) + dim);
+                let used = u32::MAX >> (32 - blocks.len());
+                for i in set_bits(!is_dim.bits() & used) {
+                    let texels = blocks[i].texels().iter();
+                    match is_narrow {
+                        true => samples.extend(texels.flat_map(|&t| grid.within_texel(t))),
+                        false => samples.extend(texels.map(|&t| grid.at_center(t))),
+                    }
+                }
+            }
+            let directions = in_lanes(&samples, |sample| sample.w);
+            for (w, samples) in directions.zip(samples.chunks(LANES)) {
+                let intensity = outgoing.f_cos_wo_each(w.vectors(s), all) * flux;
+                let intensity = Lanes3::of_colors(intensity);
+                for (i, sample) in samples.iter().enumerate() {
+                    texels[sample.texel] += intensity.rgb(i) * sample.share;
+                }
+            }
+        }
+        for (k, block) in blocks.iter().enumerate() {
+            for &t in block.texels() {
+                texels[t] += sums[k / LANES].rgb(k % LANES);
+            }
+        }
+    }
+}
+
+/// The direction of each item in lanes, of which unused ones repeat the last.
+#[inline(always)]
+fn in_lanes<T>(items: &[T], direction: impl Fn(&T) -> Vec3) -> impl Iterator<Item = Lanes3> {
+    items.chunks(LANES).map(move |items| {
+        let last = items.len() - 1;
+        Lanes3::from_fn(|i| direction(&items[i.min(last)]))
+    })
 }
 
 /// Factor per channel from the flux of a table to `target`; `None` if the luminances differ by more
