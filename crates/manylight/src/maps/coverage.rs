@@ -6,7 +6,7 @@
 //! estimate, it keeps the flux.
 
 use super::density::DensityReceiver;
-use crate::geometry::{Geometry, Ray};
+use crate::geometry::{Geometry, Hit, Ray};
 use crate::math::{Frame, Vec3};
 use crate::sampling::rng;
 use std::f32::consts::TAU;
@@ -34,23 +34,26 @@ pub fn covered_fraction(
     let turn = rng::unit(rng::key(direction.to_array()));
     let frame = Frame::from_normal(n);
     let height = receiver.slab(radius);
-    let is_surface = |i: &u32| {
+    let ray = |i: u32| {
         // Distances follow the Epanechnikov kernel, with the cumulative distribution 2s - s² over s
         // = d²/r²; angles the golden ratio.
-        let u = (*i as f32 + 0.5) / probes as f32;
+        let u = (i as f32 + 0.5) / probes as f32;
         let distance = radius * (1.0 - (1.0 - u).sqrt()).sqrt();
-        let (sin, cos) = ((turn + *i as f32 * 0.618_034).fract() * TAU).sin_cos();
+        let (sin, cos) = ((turn + i as f32 * 0.618_034).fract() * TAU).sin_cos();
         let above = p + (frame.s * cos + frame.t * sin) * distance + n * height;
-        let down = Ray {
+        Ray {
             t_max: 2.0 * height,
             ..Ray::new(above, -n)
-        };
-        geometry.intersect(&down).is_some_and(|hit| {
-            let there = geometry.surface_point(hit.at);
-            receiver.shares_surface(there.p, there.normal_towards(n), radius)
-        })
+        }
     };
-    let count = (0..probes).filter(is_surface).count().max(1);
+    let rays: Vec<Ray> = (0..probes).map(ray).collect();
+    let mut hits = Vec::new();
+    geometry.intersect_stream(&rays, &mut hits);
+    let is_surface = |hit: &&Hit| {
+        let there = geometry.surface_point(hit.at);
+        receiver.shares_surface(there.p, there.normal_towards(n), radius)
+    };
+    let count = hits.iter().flatten().filter(is_surface).count().max(1);
     count as f32 / probes as f32
 }
 

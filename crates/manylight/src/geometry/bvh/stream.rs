@@ -11,6 +11,7 @@ use crate::geometry::{Ray, Segment};
 use crate::lanes::{Float, LANES, Lanes3, Mask};
 use crate::math::{Vec2, Vec3};
 use crate::simd::{NARROW, Simd, set_bits};
+use std::cell::Cell;
 
 /// Largest number of rays of a group that are traced singly. Set by the sets of tiles of
 /// `benches/visibility`: 4 costs late rays of staircase2 5 % of their rate, 8 costs its camera rays
@@ -129,11 +130,20 @@ pub(super) fn nearest_stream<S: Simd>(
     mut found: impl FnMut(&[u32], &LaneHits),
 ) {
     let order = ByClass::new(rays.iter().map(|ray| ray.d));
-    let mut stack = NearestStack::new();
+    let mut stack = STACK
+        .take()
+        .unwrap_or_else(|| Box::new(NearestStack::new()));
     for (class, group) in order.groups() {
         let best = nearest_of_group(s, tree, &mut stack, class, group, rays);
         found(group, &best.hits(s));
     }
+    STACK.set(Some(stack));
+}
+
+thread_local! {
+    /// What a thread takes from stream to stream. To clear it takes as long as to trace a dozen
+    /// rays.
+    static STACK: Cell<Option<Box<NearestStack>>> = const { Cell::new(None) };
 }
 
 /// Subtrees to visit with the parameters at which the rays of a group enter them, infinite for rays
