@@ -63,7 +63,7 @@ fn ambient_occlusion(scene: &Scene, radius: f32) -> Image {
 /// One sample of a pixel: 0 if a ray from the visible surface meets another one within `radius`.
 fn openness(scene: &Scene, radius: f32, pixel: Vec2, sampler: &mut Sampler) -> f32 {
     let on_film = pixel + sampler.next_2d();
-    let camera_ray = scene.sensor.ray(on_film, sampler.next_2d()).ray;
+    let camera_ray = scene.sensor.ray(on_film, sampler.next_2d());
     let Some((_, x)) = scene.intersect(&camera_ray) else {
         return 1.0;
     };

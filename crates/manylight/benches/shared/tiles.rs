@@ -71,7 +71,7 @@ pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
 
 fn visible_point(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
     let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-    let ray = scene.sensor.ray(center, Vec2::splat(0.5)).ray;
+    let ray = scene.sensor.ray(center, Vec2::splat(0.5));
     let (_, x) = scene.intersect(&ray)?;
     Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
 }

@@ -42,7 +42,7 @@ fn path_tile(work: &Workload, emitters: &EmitterPoints, corner: Vec2, seed: u64)
     let mut tile = PathTile::default();
     for i in 0..TILE * TILE {
         let position = corner + along_morton_curve(i) + square(&mut random);
-        let ray = work.sensor.ray(position, Vec2::splat(0.5)).ray;
+        let ray = work.sensor.ray(position, Vec2::splat(0.5));
         tile.camera.push(ray);
         let Some((mut x, mut wo)) = work.hit(&ray) else {
             continue;

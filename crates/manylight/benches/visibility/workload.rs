@@ -76,7 +76,7 @@ impl Workload {
     pub(crate) fn camera(&self) -> Vec<Ray> {
         let pixels = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32, (i / SIDE) as f32));
         pixels
-            .map(|p| self.sensor.ray(p + 0.5, Vec2::splat(0.5)).ray)
+            .map(|p| self.sensor.ray(p + 0.5, Vec2::splat(0.5)))
             .collect()
     }
 
@@ -110,7 +110,7 @@ impl Workload {
         let mut lights = Vec::with_capacity(count);
         while lights.len() < count {
             let position = Vec2::new(random.next_f32(), random.next_f32()) * SIDE as f32;
-            let mut at = self.hit(&self.sensor.ray(position, Vec2::splat(0.5)).ray);
+            let mut at = self.hit(&self.sensor.ray(position, Vec2::splat(0.5)));
             for _ in 0..3 {
                 at = at.and_then(|(x, wo)| self.hit(&spawn(&x, wo, &mut random)));
                 if let Some((x, wo)) = &at {

@@ -1,7 +1,7 @@
 //! Reconstruction filters by importance sampling. A sample is drawn around the center of one pixel
 //! and contributes to that pixel only.
 
-use crate::math::Vec2;
+use crate::lanes::{Float, Pair, Width};
 
 /// A reconstruction filter, as scene files name it. Radii and deviations are in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ impl Filter {
     }
 
     /// Tabulates the filter for importance sampling.
-    pub fn sampler(&self) -> FilterSampler {
+    pub(super) fn sampler(&self) -> FilterSampler {
         FilterSampler::new(self)
     }
 }
@@ -106,7 +106,7 @@ fn sinc(x: f32) -> f32 {
 /// Draws offsets from a pixel's center with a density proportional to the absolute value of the
 /// filter.
 #[derive(Clone, Debug)]
-pub struct FilterSampler {
+pub(super) struct FilterSampler {
     radius: f32,
     /// Cumulative sum of the absolute values of the cells, normalized to end at 1; empty for a box,
     /// which needs no table.
@@ -114,20 +114,31 @@ pub struct FilterSampler {
     /// By interval of the CDF's values, all of one size: the last cell that starts below all values
     /// of the interval.
     guide: Vec<u16>,
-    /// Sample weight by cell: the sign of the filter times the integral of its absolute value over
-    /// its integral.
-    weights: Vec<f32>,
+    cells: Vec<Cell>,
 }
+
+/// A cell of the table, within which the filter is constant: value of the CDF at its start, inverse
+/// of the CDF's increase within it, offset of its start from the pixel's center, and the weight of
+/// samples: the sign of the filter times the integral of its absolute value over its integral.
+type Cell = [f32; 4];
 
 /// An interval of a filter along one axis from which samples are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
+pub(super) struct Window {
     /// Value of the CDF at the start of the interval.
-    start: f32,
+    pub(super) start: f32,
     /// Increase of the CDF over the interval.
-    share: f32,
+    pub(super) share: f32,
     /// Factor on sample weights that makes their mean 1.
-    gain: f32,
+    pub(super) gain: f32,
+}
+
+/// A [`Window`] per lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Windows<S: Width> {
+    pub(super) start: Float<S>,
+    pub(super) share: Float<S>,
+    pub(super) gain: Float<S>,
 }
 
 impl Window {
@@ -137,6 +148,16 @@ impl Window {
         share: 1.0,
         gain: 1.0,
     };
+
+    /// The window in all lanes of `s`.
+    #[cfg(test)]
+    fn in_lanes<S: Width>(self, s: S) -> Windows<S> {
+        Windows {
+            start: Float::splat(s, self.start),
+            share: Float::splat(s, self.share),
+            gain: Float::splat(s, self.gain),
+        }
+    }
 }
 
 impl FilterSampler {
@@ -147,19 +168,19 @@ impl FilterSampler {
                 radius,
                 cdf: Vec::new(),
                 guide: Vec::new(),
-                weights: Vec::new(),
+                cells: Vec::new(),
             };
         }
-        let cell = |i: usize| {
-            let center = (i as f32 + 0.5) / TABLE_CELLS as f32 * 2.0 - 1.0;
-            f64::from(filter.eval(center * radius))
-        };
-        let cells: Vec<f64> = (0..TABLE_CELLS).map(cell).collect();
-        let total: f64 = cells.iter().map(|c| c.abs()).sum();
+        // Offset of the point `i` cells from the start.
+        let offset = |i: f32| (i / TABLE_CELLS as f32 * 2.0 - 1.0) * radius;
+        let values: Vec<f64> = (0..TABLE_CELLS)
+            .map(|i| f64::from(filter.eval(offset(i as f32 + 0.5))))
+            .collect();
+        let total: f64 = values.iter().map(|v| v.abs()).sum();
         let mut running = 0.0;
         let mut cdf = vec![0.0];
-        for c in &cells {
-            running += c.abs();
+        for v in &values {
+            running += v.abs();
             cdf.push((running / total) as f32);
         }
         let guide = (0..TABLE_CELLS).map(|k| {
@@ -167,18 +188,27 @@ impl FilterSampler {
             cdf.partition_point(|&c| c <= least).saturating_sub(1) as u16
         });
         let guide = guide.collect();
-        let gain = total / cells.iter().sum::<f64>();
-        let weights = cells.iter().map(|c| (c.signum() * gain) as f32).collect();
+        let gain = total / values.iter().sum::<f64>();
+        let cell = |(i, v): (usize, &f64)| {
+            let increase = cdf[i + 1] - cdf[i];
+            let weight = (v.signum() * gain) as f32;
+            if increase > 0.0 {
+                [cdf[i], increase.recip(), offset(i as f32), weight]
+            } else {
+                [cdf[i], 0.0, offset(i as f32 + 0.5), weight]
+            }
+        };
+        let cells = values.iter().enumerate().map(cell).collect();
         FilterSampler {
             radius,
             cdf,
             guide,
-            weights,
+            cells,
         }
     }
 
     /// The interval of the filter between two offsets from the pixel's center, in pixels.
-    pub fn window(&self, from: f32, to: f32) -> Window {
+    pub(super) fn window(&self, from: f32, to: f32) -> Window {
         if from <= -self.radius && to >= self.radius {
             return Window::WHOLE;
         }
@@ -195,7 +225,7 @@ impl FilterSampler {
         };
         let share: f32 = (0..TABLE_CELLS).map(share_within).sum();
         let integral: f32 = (0..TABLE_CELLS)
-            .map(|i| share_within(i) * self.weights[i])
+            .map(|i| share_within(i) * self.cells[i][3])
             .sum();
         Window {
             start,
@@ -204,28 +234,35 @@ impl FilterSampler {
         }
     }
 
-    /// Offset from the pixel's center in pixels, and weight of the sample. The mean weight is 1:
-    /// the pixel value is the mean of weight times radiance.
-    #[inline]
-    pub fn sample(&self, windows: [Window; 2], u: Vec2) -> (Vec2, f32) {
-        let ((x, weight_x), (y, weight_y)) = (
-            self.sample_1d(windows[0], u.x),
-            self.sample_1d(windows[1], u.y),
-        );
-        (Vec2::new(x, y), weight_x * weight_y)
+    /// Offsets from the pixels' centers in pixels, and weights of the samples. The mean weight is
+    /// 1: the pixel value is the mean of weight times radiance.
+    #[inline(always)]
+    pub(super) fn sample<S: Width>(
+        &self,
+        windows: [Windows<S>; 2],
+        u: Pair<S>,
+    ) -> (Pair<S>, Float<S>) {
+        let (x, weight_x) = self.sample_1d(windows[0], u.x);
+        let (y, weight_y) = self.sample_1d(windows[1], u.y);
+        (Pair::new(x, y), weight_x * weight_y)
     }
 
-    #[inline]
-    fn sample_1d(&self, window: Window, u: f32) -> (f32, f32) {
-        if self.cdf.is_empty() {
-            return ((2.0 * u - 1.0) * self.radius, 1.0);
+    #[inline(always)]
+    fn sample_1d<S: Width>(&self, window: Windows<S>, u: Float<S>) -> (Float<S>, Float<S>) {
+        if self.cells.is_empty() {
+            return ((2.0 * u - 1.0) * self.radius, u.same(1.0));
         }
-        let (x, weight) = self.sample_table(window.start + window.share * u);
-        (x, weight * window.gain)
+        let u = window.start + window.share * u;
+        let each = u.store();
+        let [[start, per_increase, offset, weight]] =
+            Float::gather_quads(u.width(), |i| [&self.cells[self.cell(each.as_ref()[i])]]);
+        let fraction = ((u - start) * per_increase).min(1.0);
+        let width = 2.0 * self.radius / TABLE_CELLS as f32;
+        (offset + fraction * width, weight * window.gain)
     }
 
     /// The cell within which the CDF has the value `u` in [0, 1].
-    #[inline]
+    #[inline(always)]
     fn cell(&self, u: f32) -> usize {
         let interval = ((u * TABLE_CELLS as f32) as usize).min(TABLE_CELLS - 1);
         let mut i = usize::from(self.guide[interval]);
@@ -234,23 +271,13 @@ impl FilterSampler {
         }
         i
     }
-
-    fn sample_table(&self, u: f32) -> (f32, f32) {
-        let i = self.cell(u);
-        let width = self.cdf[i + 1] - self.cdf[i];
-        let fraction = if width > 0.0 {
-            ((u - self.cdf[i]) / width).min(1.0)
-        } else {
-            0.5
-        };
-        let x = (i as f32 + fraction) / TABLE_CELLS as f32 * 2.0 - 1.0;
-        (x * self.radius, self.weights[i])
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::One;
+    use crate::math::Vec2;
 
     const ALL: [Filter; 7] = [
         Filter::Box,
@@ -264,6 +291,12 @@ mod tests {
         Filter::CatmullRom,
         Filter::Lanczos { lobes: 3.0 },
     ];
+
+    /// Offset and weight of a sample along one axis.
+    fn sample_1d(sampler: &FilterSampler, window: Window, u: f32) -> (f32, f32) {
+        let (x, weight) = sampler.sample_1d(window.in_lanes(One), u.into());
+        (x.get(), weight.get())
+    }
 
     #[test]
     fn profiles_match_mitsuba() {
@@ -316,7 +349,7 @@ mod tests {
             let n = 20_000;
             let (mut one, mut second) = (0.0, 0.0);
             for i in 0..n {
-                let (x, weight) = sampler.sample_1d(Window::WHOLE, (i as f32 + 0.5) / n as f32);
+                let (x, weight) = sample_1d(&sampler, Window::WHOLE, (i as f32 + 0.5) / n as f32);
                 one += f64::from(weight) / f64::from(n);
                 second += f64::from(weight * x * x) / f64::from(n);
             }
@@ -346,7 +379,7 @@ mod tests {
             let n = 20_000;
             let (mut one, mut first) = (0.0, 0.0);
             for i in 0..n {
-                let (x, weight) = sampler.sample_1d(window, (i as f32 + 0.5) / n as f32);
+                let (x, weight) = sample_1d(&sampler, window, (i as f32 + 0.5) / n as f32);
                 assert!(x > from - 1e-4 && x < to + 1e-4, "{filter:?}: {x}");
                 one += f64::from(weight) / f64::from(n);
                 first += f64::from(weight * x) / f64::from(n);
@@ -371,10 +404,10 @@ mod tests {
     #[test]
     fn samples_in_two_dimensions_stay_within_the_radius() {
         for filter in ALL {
-            let windows = [Window::WHOLE; 2];
-            let (offset, _) = filter
-                .sampler()
-                .sample(windows, Vec2::new(0.0, 1.0 - f32::EPSILON));
+            let windows = [Window::WHOLE.in_lanes(One); 2];
+            let u = Vec2::new(0.0, 1.0 - f32::EPSILON);
+            let (offset, _) = filter.sampler().sample(windows, u.into());
+            let offset = Vec2::from(offset);
             assert!(offset.abs().max_element() <= filter.radius() * 1.000_001);
             assert!(offset.x < 0.0 && offset.y > 0.0);
         }

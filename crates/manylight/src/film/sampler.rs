@@ -1,24 +1,29 @@
 //! Film positions of samples, drawn from the reconstruction filter of their pixel.
 
-use super::{FilmDesc, FilterSampler, Window};
+use super::FilmDesc;
+use super::filter::{FilterSampler, Window, Windows};
+use crate::lanes::{Float, Pair, Width};
 use crate::math::{UVec2, Vec2};
 
-/// A film position with the weight of a sample there.
+/// A film position per lane, with the weight of a sample there.
 #[derive(Clone, Copy, Debug)]
-pub struct FilmSample {
+pub(crate) struct FilmSamples<S: Width> {
     /// In pixels from the upper left corner of the crop window.
-    pub position: Vec2,
+    pub(crate) position: Pair<S>,
     /// Weight with mean 1; negative on negative lobes of the filter.
-    pub weight: f32,
+    pub(crate) weight: Float<S>,
 }
+
+/// A column or row of pixels: position of its center in the crop window in pixels, and the
+/// [`Window`] of the filter inside: start, share and gain.
+type Place = [f32; 4];
 
 /// Draws film positions. Built once per pass.
 #[derive(Clone, Debug)]
 pub struct FilmSampler {
     filter: FilterSampler,
-    /// By column, and by row: its index in the crop window, and the part of the filter inside the
-    /// window.
-    places: [Vec<(u32, Window)>; 2],
+    /// By column, and by row.
+    places: [Vec<Place>; 2],
     /// Edges of a pixel in pixels of the film.
     scale: Vec2,
 }
@@ -54,7 +59,8 @@ impl FilmDesc {
         let places = |places: Vec<u32>, count: u32| {
             let window = |place: u32| {
                 let center = place as f32 + 0.5;
-                (place, filter.window(-center, count as f32 - center))
+                let Window { start, share, gain } = filter.window(-center, count as f32 - center);
+                [center, start, share, gain]
             };
             places.into_iter().map(window).collect()
         };
@@ -76,14 +82,19 @@ impl FilmSampler {
         UVec2::from(self.places.each_ref().map(|places| places.len() as u32))
     }
 
-    /// Draws a film position for `pixel` from its reconstruction filter.
-    #[inline]
-    pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
+    /// Draws film positions for `pixels` from their reconstruction filters.
+    #[inline(always)]
+    pub(crate) fn samples<S: Width>(&self, pixels: &S::Each<UVec2>, u: Pair<S>) -> FilmSamples<S> {
+        let s = u.x.width();
         let [columns, rows] = &self.places;
-        let [(x, column), (y, row)] = [columns[pixel.x as usize], rows[pixel.y as usize]];
-        let (offset, weight) = self.filter.sample([column, row], u);
-        FilmSample {
-            position: (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5) + offset) * self.scale,
+        let [column, row] = Float::gather_quads(s, |i| {
+            let UVec2 { x, y } = pixels.as_ref()[i];
+            [&columns[x as usize], &rows[y as usize]]
+        });
+        let windows = [window_of(column), window_of(row)];
+        let (offset, weight) = self.filter.sample(windows, u);
+        FilmSamples {
+            position: (Pair::new(column[0], row[0]) + offset) * Pair::splat(s, self.scale),
             weight,
         }
     }
@@ -95,10 +106,17 @@ impl FilmSampler {
     }
 }
 
+/// The window of a [`Place`].
+#[inline(always)]
+fn window_of<S: Width>([_, start, share, gain]: [Float<S>; 4]) -> Windows<S> {
+    Windows { start, share, gain }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::Filter;
+    use crate::lanes::One;
 
     fn film(filter: Filter) -> FilmDesc {
         let size = UVec2::new(19, 11);
@@ -110,11 +128,16 @@ mod tests {
         }
     }
 
+    /// The film position that `u` draws for `pixel`.
+    fn position(sampler: &FilmSampler, pixel: UVec2, u: Vec2) -> Vec2 {
+        sampler.samples::<One>(&[pixel], u.into()).position.into()
+    }
+
     #[test]
     fn a_reduced_film_has_the_same_view() {
         let sampler = film(Filter::Box).reduced_sampler(60);
         assert_eq!(sampler.size(), UVec2::new(10, 5));
-        let at = |pixel: UVec2, u: f32| sampler.sample(pixel, Vec2::splat(u)).position;
+        let at = |pixel: UVec2, u: f32| position(&sampler, pixel, Vec2::splat(u));
         assert!(at(UVec2::ZERO, 0.0).distance(Vec2::ZERO) < 1e-5);
         assert!(at(UVec2::new(9, 4), 1.0).distance(Vec2::new(19.0, 11.0)) < 1e-4);
         let small = film(Filter::Box).reduced_sampler(10_000);
@@ -133,13 +156,9 @@ mod tests {
             for pixel in [UVec2::ZERO, UVec2::new(9, 5), UVec2::new(18, 10)] {
                 for i in 0..4096 {
                     let u = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
-                    let sample = sampler.sample(pixel, u);
-                    let beyond = (-sample.position).max(sample.position - desc.size.as_vec2());
-                    assert!(
-                        beyond.max_element() < 1e-4,
-                        "{filter:?}: {}",
-                        sample.position
-                    );
+                    let position = position(&sampler, pixel, u);
+                    let beyond = (-position).max(position - desc.size.as_vec2());
+                    assert!(beyond.max_element() < 1e-4, "{filter:?}: {}", position);
                 }
             }
         }
@@ -148,7 +167,7 @@ mod tests {
             columns
                 .iter()
                 .chain(&rows)
-                .all(|(_, window)| *window == columns[9].1)
+                .all(|[_, window @ ..]| *window == columns[9][1..])
         );
     }
 }

@@ -71,7 +71,7 @@ pub(super) fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
     (0..size.x * size.y)
         .filter_map(|i| {
             let pixel = Vec2::new((i % size.x) as f32 + 0.37, (i / size.x) as f32 + 0.61);
-            let ray = scene.sensor.ray(pixel, Vec2::splat(0.5)).ray;
+            let ray = scene.sensor.ray(pixel, Vec2::splat(0.5));
             let (_, x) = scene.intersect(&ray)?;
             Some(ShadingPoint {
                 x,

@@ -1,6 +1,7 @@
 //! What the camera sees first: albedo, normal and depth, alpha, position and ids.
 
-use super::camera_round::{CameraRound, FirstPart, follow_paths, start_paths};
+use super::camera_round::{CameraRound, FirstPart, follow_paths};
+use super::camera_starts::start_paths;
 use super::context::PassContext;
 use crate::film::{Film, TileSamples, Tiling};
 use crate::ids::MaterialId;

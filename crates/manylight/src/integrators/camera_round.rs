@@ -4,28 +4,24 @@
 //! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction.
 //! Its mean over passes is right, and exact after one pass on a Lambertian surface.
 
-use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use super::light_groups::each_group;
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
 use crate::emitters::{EmissionSource, EnvironmentLobes};
-use crate::film::{FilmSampler, Layer, TileSamples};
-use crate::geometry::{Ray, SurfacePoint};
+use crate::film::{Layer, TileSamples};
+use crate::geometry::SurfacePoint;
 use crate::ids::{EmitterId, LightGroup, MaterialId, PrimitiveId};
 use crate::lanes::{Color, Float, Width, lane};
-use crate::math::{UVec2, Vec2, Vec3};
-use crate::sampling::{Sampler, SobolSequences, Stream};
+use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use crate::sensors::Sensor;
 use crate::simd::set_bits;
 use crate::transport::Vertex;
 use crate::transport::direct::emitted_with_mis;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, WalkStream, Walks, follow_all, lanes_where,
+    Arrivals, Bits, Generators, Vertices, WalkStream, Walks, follow_all, lanes_where,
     see_environment, used,
 };
-use crate::transport::walk::visible_part;
 
 /// What a camera path carries for a method.
 pub(super) trait CameraPath: Copy {
@@ -102,83 +98,6 @@ impl CameraPath for FirstPart {
     #[inline(always)]
     fn first(&self) -> Option<FirstPart> {
         Some(*self)
-    }
-}
-
-/// The start of a camera path.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CameraStart {
-    /// The part of the ray that the camera sees.
-    ray: Ray,
-    /// See [`FirstPart::hidden`].
-    pub(super) hidden: f32,
-    /// Weight by the reconstruction filter.
-    pub(super) filter_weight: f32,
-    /// Factor from arriving radiance to the pixel, which contains the filter.
-    weight: f32,
-}
-
-impl CameraStart {
-    /// Through the point `u` of a pixel, and the point `u_lens` of the lens.
-    pub(super) fn new(
-        (scene, limits): (&Scene, PathLimits),
-        camera: &Sensor,
-        positions: &FilmSampler,
-        (pixel, u): (UVec2, Vec2),
-        u_lens: Vec2,
-    ) -> Self {
-        let film = positions.sample(pixel, u);
-        let seen = camera.ray(film.position, u_lens);
-        let (ray, hidden) = visible_part(scene, limits.hide_emitters, seen.ray);
-        CameraStart {
-            ray,
-            hidden,
-            filter_weight: film.weight,
-            weight: seen.weight * film.weight,
-        }
-    }
-
-    /// The walk of one of `count` paths.
-    pub(super) fn walk<T>(&self, count: u32, sampler: Sampler, payload: T) -> WalkRow<T> {
-        let throughput = [self.weight / count as f32; 3];
-        WalkRow::start(self.ray, throughput, sampler, payload)
-    }
-}
-
-/// The sequence of [`SobolSequences`] with the numbers of film and lens. The sequences that follow
-/// are free.
-pub(super) const CAMERA_SEQUENCE: u32 = 0;
-
-/// Appends to `walks` a camera path for each pixel of a tile, at the camera; `payload` is made of
-/// its part in the layers of first surfaces, and of the sequences of its pixel.
-pub(super) fn start_paths<T: Copy>(
-    scene: (&Scene, PathLimits),
-    run: &PassContext,
-    positions: &FilmSampler,
-    samples: &TileSamples,
-    payload: impl Fn(FirstPart, SobolSequences) -> T,
-    walks: &mut Walks<T>,
-) {
-    let pixels = || samples.tile().pixels();
-    let number = |pixel: UVec2| positions.index(pixel);
-    let sequences = |pixel| run.pass.sobol_sequences(Stream::Pixel, number(pixel));
-    let sequences: Vec<_> = pixels().map(sequences).collect();
-    let points = SobolSequences::each_point(&sequences, CAMERA_SEQUENCE);
-    for (index, pixel) in pixels().enumerate() {
-        let [x, y, x_lens, y_lens] = points[index];
-        let (u, u_lens) = (Vec2::new(x, y), Vec2::new(x_lens, y_lens));
-        let start = CameraStart::new(scene, run.camera, positions, (pixel, u), u_lens);
-        let first = FirstPart {
-            pixel: index as u32,
-            hidden: start.hidden,
-            event: SampleShare {
-                filter_weight: start.filter_weight,
-                share: 1.0,
-            },
-            surface_share: 1.0,
-        };
-        let sampler = run.pass.sampler(Stream::Pixel, number(pixel));
-        walks.push(start.walk(1, sampler, payload(first, sequences[index])));
     }
 }
 

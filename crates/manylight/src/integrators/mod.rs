@@ -2,6 +2,7 @@
 
 mod aov;
 mod camera_round;
+mod camera_starts;
 pub mod choice;
 mod connections;
 pub mod context;

@@ -108,9 +108,9 @@ impl PathTracer<'_> {
             let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
             let film_position: Vec2 = sampler.next_2d() * size;
             let view = &views[index as usize % views.len()];
-            let camera = view.ray(film_position, sampler.next_2d());
-            let (ray, _) = visible_part(scene, self.limits.hide_emitters, camera.ray);
-            let throughput = [camera.weight * self.path_fraction; 3];
+            let ray = view.ray(film_position, sampler.next_2d());
+            let (ray, _) = visible_part(scene, self.limits.hide_emitters, ray);
+            let throughput = [self.path_fraction; 3];
             walks.push(WalkRow::start(ray, throughput, sampler, index));
         }
         walks

@@ -181,9 +181,7 @@ impl Scene {
             let ray = |i: u64| {
                 let mut sampler = pass.sampler(Stream::Pass, i);
                 let at = sampler.next_2d() * film;
-                views[i as usize % views.len()]
-                    .ray(at, sampler.next_2d())
-                    .ray
+                views[i as usize % views.len()].ray(at, sampler.next_2d())
             };
             (0..GUIDE_RAYS).map(ray).collect()
         };

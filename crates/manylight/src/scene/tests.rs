@@ -346,7 +346,7 @@ fn another_sensor_sees_the_same_scene() {
     other.film.size = UVec2::new(8, 6);
     scene.set_sensor(other.clone()).unwrap();
     assert_eq!(scene.sensor.desc().film.size, UVec2::new(8, 6));
-    let center = |scene: &Scene| scene.sensor.ray(Vec2::new(2.0, 1.5), Vec2::ZERO).ray.d;
+    let center = |scene: &Scene| scene.sensor.ray(Vec2::new(2.0, 1.5), Vec2::ZERO).d;
     let before = center(&scene);
     other.film.crop_size = UVec2::ZERO;
     assert!(scene.set_sensor(other).is_err());

@@ -123,7 +123,7 @@ mod tests {
                 Vec2::new(50.0, 25.0),
             ] {
                 // The center of the lens.
-                let ray = sensor.ray(at, Vec2::splat(0.5)).ray;
+                let ray = sensor.ray(at, Vec2::splat(0.5));
                 let fraction = (at + Vec2::new(30.0, 40.0)) / Vec2::new(200.0, 120.0);
                 let mut depths = Vec::new();
                 for distance in [1.0, 4.0] {

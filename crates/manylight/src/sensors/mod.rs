@@ -1,11 +1,11 @@
 //! Sensors: camera rays for film positions, and importance at points.
 
 mod matrices;
+mod rays;
 #[cfg(test)]
 mod tests;
 
 use crate::film::FilmDesc;
-use crate::geometry::Ray;
 use crate::math::{Affine3A, UVec2, Vec2, Vec3};
 use crate::sampling::warp;
 
@@ -106,15 +106,6 @@ pub struct Sensor {
     pixel_area: f32,
 }
 
-/// A camera ray with its weight.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraRay {
-    /// In world space; starts at the near plane and ends at the far plane.
-    pub ray: Ray,
-    /// Importance over probability density: 1 for all kinds of sensors.
-    pub weight: f32,
-}
-
 /// A connection of a point to the sensor, for light tracing.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorConnection {
@@ -178,40 +169,6 @@ impl Sensor {
         self.projection
     }
 
-    /// The ray through `film_position` (pixels from the upper left of the crop window, x right, y
-    /// down).
-    pub fn ray(&self, film_position: Vec2, u_lens: Vec2) -> CameraRay {
-        let q = self.plane_position(film_position);
-        let ray = match self.projection {
-            Projection::Perspective { tan_half_fov_x } => {
-                self.ray_between(Vec3::ZERO, (q * tan_half_fov_x).extend(1.0))
-            }
-            Projection::ThinLens {
-                tan_half_fov_x,
-                aperture_radius,
-                focus_distance,
-            } => {
-                let lens = (warp::disc(u_lens) * aperture_radius).extend(0.0);
-                self.ray_between(lens, (q * tan_half_fov_x).extend(1.0) * focus_distance)
-            }
-            Projection::Orthographic => {
-                let world_from_camera = &self.desc.world_from_camera;
-                let o = world_from_camera.transform_point3(q.extend(self.desc.near_clip));
-                let d = world_from_camera
-                    .transform_vector3(Vec3::Z)
-                    .normalize_or_zero();
-                // As in Mitsuba, a scale along the axis moves the near plane but not the distance
-                // to the far plane.
-                Ray {
-                    o,
-                    d,
-                    t_max: self.desc.far_clip - self.desc.near_clip,
-                }
-            }
-        };
-        CameraRay { ray, weight: 1.0 }
-    }
-
     /// Connects the world-space point `p` to the sensor; `None` if it is outside of the film or of
     /// the clip planes.
     pub fn connect(&self, p: Vec3, u_lens: Vec2) -> Option<SensorConnection> {
@@ -246,7 +203,7 @@ impl Sensor {
         if local.z <= 0.0 || local.z < self.desc.near_clip || local.z > self.desc.far_clip {
             return None;
         }
-        let ray = self.ray_between(lens, local);
+        let ray = self.ray_between(lens.into(), local.into()).ray();
         let from_lens = p - self.desc.world_from_camera.transform_point3(lens);
         let cos = local.z / (local - lens).length();
         // The value of a pixel is the mean of radiance over its area and the lens. From a point of
@@ -269,7 +226,7 @@ impl Sensor {
         film_position: Vec2,
         local: Vec3,
     ) -> Option<SensorConnection> {
-        let ray = self.ray(film_position, Vec2::ZERO).ray;
+        let ray = self.ray(film_position, Vec2::ZERO);
         let distance = (p - ray.o).dot(ray.d);
         if local.z < self.desc.near_clip || distance > ray.t_max {
             return None;
@@ -284,31 +241,7 @@ impl Sensor {
         })
     }
 
-    /// The ray from `lens` through `through` (both in the camera frame), between the clip planes.
-    fn ray_between(&self, lens: Vec3, through: Vec3) -> Ray {
-        let d = (through - lens).normalize();
-        let near = self.desc.near_clip / d.z;
-        let world = self.desc.world_from_camera.transform_vector3(d);
-        let scale = world.length();
-        Ray {
-            o: self
-                .desc
-                .world_from_camera
-                .transform_point3(lens + d * near),
-            d: world / scale,
-            t_max: scale * (self.desc.far_clip / d.z - near),
-        }
-    }
-
-    /// From a film position to the plane on which the width of the full film covers [-1, 1]; x to
-    /// the left, y up.
-    fn plane_position(&self, film_position: Vec2) -> Vec2 {
-        let film = &self.desc.film;
-        let fraction = (film.crop_offset.as_vec2() + film_position) / film.size.as_vec2();
-        (Vec2::ONE - (fraction + self.desc.principal_point_offset) * 2.0) * self.plane_extent()
-    }
-
-    /// The inverse of [`Sensor::plane_position`].
+    /// The inverse of `plane_positions`.
     fn film_position(&self, plane_position: Vec2) -> Vec2 {
         let film = &self.desc.film;
         let fraction = (Vec2::ONE - plane_position / self.plane_extent()) * 0.5

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::film::Filter;
+use crate::geometry::Ray;
+use crate::lanes::{LANES, LaneKernel, Pair, Width, lane};
 use crate::sampling::{Sampler, Stream};
+use crate::simd::{Instructions, Isa};
 
 /// `Transform.look_at([1, 2, 3], [0, 0.5, -1], [0, 1, 0])` of Mitsuba.
 fn look_at() -> Affine3A {
@@ -94,10 +97,9 @@ const CASES: &[fn() -> Case] = &[
 fn rays_match_mitsuba() {
     for (i, case) in CASES.iter().enumerate() {
         let case = case();
-        let CameraRay { ray, weight } = case
+        let ray = case
             .sensor()
             .ray(Vec2::from(case.film), Vec2::from(case.lens));
-        assert_eq!(weight, 1.0);
         assert!(
             (ray.o - Vec3::from(case.o)).length() < 2e-4,
             "case {i}: origin {} for {:?}",
@@ -119,12 +121,56 @@ fn rays_match_mitsuba() {
     }
 }
 
+/// The ray through a point of the film and one of the lens per lane.
+struct InLanes<'a>(&'a Sensor, &'a [(Vec2, Vec2)]);
+
+impl LaneKernel for InLanes<'_> {
+    type Output = Vec<Ray>;
+
+    #[inline(always)]
+    fn run<S: Width>(self, s: S) -> Vec<Ray> {
+        let InLanes(sensor, points) = self;
+        let points = s.each(|i| points[i]);
+        let film = Pair::from_fn(s, |i| points.as_ref()[i].0);
+        let lens = Pair::from_fn(s, |i| points.as_ref()[i].1);
+        let rays = sensor.rays(film, lens);
+        let (o, d, t_max) = (rays.o.store(), rays.d.store(), rays.t_max.store());
+        let ray = |i: usize| Ray {
+            o: Vec3::from(lane(&o, i)),
+            d: Vec3::from(lane(&d, i)),
+            t_max: t_max.as_ref()[i],
+        };
+        (0..S::LANES).map(ray).collect()
+    }
+}
+
+#[test]
+fn rays_in_lanes_are_those_of_single_points() {
+    let mut sampler = Sampler::new(2, 0, Stream::Test, 0);
+    for case in CASES {
+        let sensor = case().sensor();
+        let size = sensor.desc().film.crop_size.as_vec2();
+        let points: Vec<(Vec2, Vec2)> = (0..LANES)
+            .map(|_| (sampler.next_2d() * size, sampler.next_2d()))
+            .collect();
+        for isa in Instructions::available().into_iter().filter_map(Isa::new) {
+            let rays = isa.run_lanes(InLanes(&sensor, &points));
+            for (ray, &(film, lens)) in rays.iter().zip(&points) {
+                let single = sensor.ray(film, lens);
+                assert!((ray.o - single.o).length() < 1e-5 * (1.0 + single.o.length()));
+                assert!((ray.d - single.d).length() < 1e-6);
+                assert!((ray.t_max / single.t_max - 1.0).abs() < 1e-5);
+            }
+        }
+    }
+}
+
 #[test]
 fn connections_find_the_ray_again() {
     for (i, case) in CASES.iter().enumerate() {
         let case = case();
         let sensor = case.sensor();
-        let ray = sensor.ray(Vec2::from(case.film), Vec2::from(case.lens)).ray;
+        let ray = sensor.ray(Vec2::from(case.film), Vec2::from(case.lens));
         let c = sensor
             .connect(ray.at(3.0), Vec2::from(case.lens))
             .expect("a point on a camera ray is seen");
@@ -158,12 +204,10 @@ fn importance_is_adjoint_to_rays() {
     for (i, case) in CASES.iter().enumerate() {
         let case = case();
         let sensor = case.sensor();
-        let through = sensor
-            .ray(
-                Vec2::new(case.crop[2] as f32, case.crop[3] as f32) * 0.5,
-                Vec2::splat(0.5),
-            )
-            .ray;
+        let through = sensor.ray(
+            Vec2::new(case.crop[2] as f32, case.crop[3] as f32) * 0.5,
+            Vec2::splat(0.5),
+        );
         let corner = through.at(5.0);
         let (e1, e2) = (Vec3::new(1.5, 0.15, 0.3), Vec3::new(-0.15, 0.9, 0.9));
         let normal = e1.cross(e2);
@@ -181,7 +225,7 @@ fn importance_is_adjoint_to_rays() {
             // Stratified over the film and the patch, so that 1 % is many deviations.
             let stratum = Vec2::new((k % 400) as f32, (k / 400) as f32) / Vec2::new(400.0, 500.0);
             let u = stratum + sampler.next_2d() / Vec2::new(400.0, 500.0);
-            if inside(&sensor.ray(u * crop, sampler.next_2d()).ray) {
+            if inside(&sensor.ray(u * crop, sampler.next_2d())) {
                 by_rays += f64::from(crop.x * crop.y) / n as f64;
             }
             let p = corner + e1 * u.x + e2 * u.y;

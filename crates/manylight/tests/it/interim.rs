@@ -59,7 +59,7 @@ fn floor_wall_and_plate() -> Scene {
 
 /// Position of the surface that a pixel sees, and its normal towards the camera.
 fn seen_at(scene: &Scene, film_position: Vec2) -> Option<(Vec3, Vec3)> {
-    let ray = scene.sensor.ray(film_position, Vec2::splat(0.5)).ray;
+    let ray = scene.sensor.ray(film_position, Vec2::splat(0.5));
     let (_, x) = scene.intersect(&ray)?;
     Some((x.p, x.normal_towards(-ray.d)))
 }

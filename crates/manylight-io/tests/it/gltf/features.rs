@@ -105,17 +105,13 @@ fn cameras_look_along_minus_z() {
     assert!((fov - 0.5f32.to_degrees()).abs() < 1e-4);
     let lens = manylight::math::Vec2::splat(0.5);
     // The upper right corner: to +x and +y.
-    let ray = Sensor::new(perspective.clone())
-        .ray(manylight::math::Vec2::new(1280.0, 0.0), lens)
-        .ray;
+    let ray = Sensor::new(perspective.clone()).ray(manylight::math::Vec2::new(1280.0, 0.0), lens);
     let expected = Vec3::new(2.0 * 0.25f32.tan(), 0.25f32.tan(), -1.0);
     assert!(ray.d.abs_diff_eq(expected.normalize(), 1e-4), "{}", ray.d);
     assert!((ray.o.z - 4.5).abs() < 1e-5);
 
     assert_eq!(orthographic.film.size, UVec2::new(640, 1280));
-    let ray = Sensor::new(orthographic.clone())
-        .ray(manylight::math::Vec2::new(640.0, 0.0), lens)
-        .ray;
+    let ray = Sensor::new(orthographic.clone()).ray(manylight::math::Vec2::new(640.0, 0.0), lens);
     assert!(
         ray.o.abs_diff_eq(Vec3::new(3.0, 6.0, 0.0), 1e-4) && ray.d.abs_diff_eq(Vec3::NEG_Z, 1e-6)
     );

@@ -100,7 +100,7 @@ fn screen_windows_shift_and_scale_the_film() {
     assert!((fov - 90.0).abs() < 1e-4);
     let resolved = manylight::sensors::Sensor::new(sensor.clone());
     // The left edge of the film is the axis of the camera; the right edge is at tan 63.4° = 2.
-    let direction = |x| resolved.ray(Vec2::new(x, 4.0), Vec2::ZERO).ray.d;
+    let direction = |x| resolved.ray(Vec2::new(x, 4.0), Vec2::ZERO).d;
     assert!(
         direction(0.0).abs_diff_eq(Vec3::Z, 1e-5),
         "{}",

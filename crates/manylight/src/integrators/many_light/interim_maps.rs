@@ -185,7 +185,7 @@ impl MapCamera<'_> {
     }
 
     fn first_non_specular_vertex(&self, film_position: Vec2) -> Option<Vertex<'_>> {
-        let ray = self.scene.sensor.ray(film_position, MIDDLE).ray;
+        let ray = self.scene.sensor.ray(film_position, MIDDLE);
         let mut walk = Walk::from_sensor(self.scene, self.limits, ray);
         while let Some(v) = walk.advance() {
             if v.segments > MAX_SPECULAR_SEGMENTS || !self.limits.allow(v.segments + 1) {

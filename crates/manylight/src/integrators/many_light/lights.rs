@@ -242,7 +242,7 @@ pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIn
         let mut sampler = (cx.run.pass).sampler(Stream::Selection, 4 + u64::from(k));
         let film = sampler.next_2d() * size;
         let view = &views[k as usize % views.len()];
-        let ray = view.ray(film, sampler.next_2d()).ray;
+        let ray = view.ray(film, sampler.next_2d());
         let (_, x) = scene.intersect(&ray)?;
         Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
     };

@@ -106,7 +106,7 @@ impl PixelFootprint {
         let film = &camera.desc().film;
         // The sensor takes positions relative to the crop window.
         let middle = film.size.as_vec2() * 0.5 - film.crop_offset.as_vec2();
-        let ray = |film| camera.ray(film, Vec2::splat(0.5)).ray;
+        let ray = |film| camera.ray(film, Vec2::splat(0.5));
         let (a, b) = (ray(middle), ray(middle + Vec2::X));
         PixelFootprint {
             width: a.o.distance(b.o),

@@ -1,23 +1,22 @@
 //! Prefixes: camera paths through specular events up to their first gather points, with the
 //! radiance emitted on the way.
 
-use super::PreparedPasses;
 use super::density_estimates::max_photon_radius;
 use super::gather_point::{DIRECTIONS, GatherPath, GatherRole, TileGather};
 use super::paths::ScaleRow;
 use super::paths::{EMISSION_PATHS, PathNumber, PathPart, PathState, PixelNumbers, Prefix};
 use crate::bsdf::Lobes;
 use crate::film::{FilmSampler, Layer};
-use crate::integrators::camera_round::{Arrived, CameraStart};
+use crate::integrators::camera_round::Arrived;
+use crate::integrators::camera_starts::{CameraView, StartNumbers};
 use crate::integrators::connections::{EmitterQuery, EmitterReflection, ReflectingPath};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Mask, Width};
-use crate::math::{UVec2, Vec2};
-use crate::sampling::{Sampler, Stream};
+use crate::sampling::Stream;
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
-use crate::transport::stream::{Bits, WalkRow, Walks, lanes_where};
+use crate::transport::stream::{Bits, Walks, lanes_where};
 
 /// The camera paths of a tile, at the camera.
 pub(super) fn start(
@@ -25,71 +24,56 @@ pub(super) fn start(
     positions: &FilmSampler,
     tile: &mut TileGather,
 ) -> Walks<PathState> {
-    let (pass, prepared) = (run.pass, tile.prepared);
-    let starts = prepared.camera_paths;
-    let window = tile.out.tile();
-    let mut walks = Walks::with_capacity(window.count() * (starts * EMISSION_PATHS) as usize);
-    for (index, pixel) in window.pixels().enumerate() {
+    let prepared = tile.prepared;
+    let camera_paths = prepared.camera_paths;
+    let count = tile.out.tile().count() * (camera_paths * EMISSION_PATHS) as usize;
+    let mut paths = Vec::with_capacity(count);
+    for (index, pixel) in tile.out.tile().pixels().enumerate() {
         let number = positions.index(pixel);
-        let mut sampler = pass.sampler(Stream::Pixel, number);
+        let mut sampler = run.pass.sampler(Stream::Pixel, number);
         tile.numbers.push(PixelNumbers::draw(&mut sampler));
         // A render has few passes. Positions in the pixel are stratified over them, so that edges
         // are smooth.
-        let position =
-            |number, k, parts| pass.low_discrepancy_2d_in_parts(Stream::Pixel, number, k, parts);
-        for start in 0..starts {
-            let gathers = Some(PathNumber {
+        let position = |number, k, parts| {
+            (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, k, parts)
+        };
+        let mut add = |film, number| {
+            let lens = sampler.next_2d();
+            let numbers = StartNumbers { pixel, film, lens };
+            paths.push((numbers, (index as u32, number, sampler.branch())));
+        };
+        for start in 0..camera_paths {
+            let gathers = PathNumber {
                 index: start,
-                count: starts,
-            });
-            let at = (index, pixel, position(number, start, starts));
-            walks.push(camera_walk(
-                run,
-                prepared,
-                positions,
-                at,
-                gathers,
-                &mut sampler,
-            ));
+                count: camera_paths,
+            };
+            add(position(number, start, camera_paths), Some(gathers));
             for k in 1..EMISSION_PATHS {
-                let u = position(!number, start * EMISSION_PATHS + k, starts * EMISSION_PATHS);
-                let at = (index, pixel, u);
-                walks.push(camera_walk(
-                    run,
-                    prepared,
-                    positions,
-                    at,
-                    None,
-                    &mut sampler,
-                ));
+                let (k, parts) = (start * EMISSION_PATHS + k, camera_paths * EMISSION_PATHS);
+                add(position(!number, k, parts), None);
             }
         }
     }
-    walks
-}
-
-/// A camera path through the point `u` of a pixel, with the index of the pixel in the tile;
-/// `number` as in [`Prefix`].
-fn camera_walk(
-    run: &PassContext,
-    prepared: &PreparedPasses,
-    positions: &FilmSampler,
-    (index, pixel, u): (usize, UVec2, Vec2),
-    number: Option<PathNumber>,
-    sampler: &mut Sampler,
-) -> WalkRow<PathState> {
-    let scene = (prepared.scene, prepared.limits);
-    let start = CameraStart::new(scene, run.camera, positions, (pixel, u), sampler.next_2d());
-    let path = PathState {
-        pixel: index as u32,
-        stage: PathStage::BeforeX,
-        part: PathPart::Prefix(Prefix {
-            number,
-            length: start.hidden,
-            filter_weight: start.filter_weight,
-        }),
+    let view = CameraView {
+        scene: prepared.scene,
+        limits: prepared.limits,
+        camera: run.camera,
+        positions,
     };
-    start.walk(prepared.camera_paths, sampler.branch(), path)
+    let mut walks = Walks::with_capacity(count);
+    view.each_start(paths.into_iter(), |start, (pixel, number, sampler)| {
+        let path = PathState {
+            pixel,
+            stage: PathStage::BeforeX,
+            part: PathPart::Prefix(Prefix {
+                number,
+                length: start.hidden,
+                filter_weight: start.filter_weight,
+            }),
+        };
+        walks.push(start.walk(camera_paths, sampler, path));
+    });
+    walks
 }
 
 /// Gathers at the vertices in `lanes` where prefixes arrive.

@@ -14,7 +14,8 @@ mod numbers;
 mod shade;
 mod state;
 
-use super::camera_round::{SeenEmission, follow_paths, start_paths};
+use super::camera_round::{SeenEmission, follow_paths};
+use super::camera_starts::start_paths;
 use super::connections::Connections;
 use super::context::PassContext;
 use super::partition::PathStage;

@@ -2,7 +2,8 @@
 
 use super::state::PathState;
 use crate::bsdf::Numbers;
-use crate::integrators::camera_round::{Arrived, CAMERA_SEQUENCE};
+use crate::integrators::camera_round::Arrived;
+use crate::integrators::camera_starts::CAMERA_SEQUENCE;
 use crate::lanes::{Float, Pair, Width};
 use crate::sampling::SobolSequences;
 use crate::transport::stream::Generators;

@@ -4,7 +4,8 @@ use super::arriving::Arriving;
 use super::camera_paths::{PathState, PhotonMapPass, TilePaths};
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{FilmSampler, TileSamples};
-use crate::integrators::camera_round::{CameraStart, FirstPart, SeenEmission, follow_paths};
+use crate::integrators::camera_round::{FirstPart, SeenEmission, follow_paths};
+use crate::integrators::camera_starts::{CameraView, StartNumbers};
 use crate::integrators::connections::Connections;
 use crate::integrators::context::PassContext;
 use crate::integrators::first_event::SampleShare;
@@ -57,6 +58,12 @@ impl PhotonMapPass<'_> {
         out: &TileSamples,
     ) -> Walks<PathState> {
         let window = out.tile();
+        let view = CameraView {
+            scene: self.scene,
+            limits: self.limits,
+            camera: run.camera,
+            positions,
+        };
         let mut walks = Walks::with_capacity(window.count() * self.camera_paths as usize);
         for sample in 0..self.camera_paths {
             // Samples are numbered through all passes.
@@ -64,13 +71,17 @@ impl PhotonMapPass<'_> {
                 index: run.pass.index.wrapping_mul(self.camera_paths) + sample,
                 ..run.pass
             };
-            for (index, pixel) in window.pixels().enumerate() {
+            let paths = window.pixels().enumerate().map(|(index, pixel)| {
                 let number = positions.index(pixel);
                 let mut sampler = pass.sampler(Stream::Pixel, number);
-                let u = pass.low_discrepancy_2d(Stream::Pixel, number);
-                let scene = (self.scene, self.limits);
-                let u_lens = sampler.next_2d();
-                let start = CameraStart::new(scene, run.camera, positions, (pixel, u), u_lens);
+                let numbers = StartNumbers {
+                    pixel,
+                    film: pass.low_discrepancy_2d(Stream::Pixel, number),
+                    lens: sampler.next_2d(),
+                };
+                (numbers, (index, sampler))
+            });
+            view.each_start(paths, |start, (index, sampler)| {
                 let path = PathState {
                     first: FirstPart {
                         pixel: index as u32,
@@ -87,7 +98,7 @@ impl PhotonMapPass<'_> {
                     meets_emitters: true,
                 };
                 walks.push(start.walk(1, sampler, path));
-            }
+            });
         }
         walks
     }
