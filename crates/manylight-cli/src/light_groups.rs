@@ -53,7 +53,7 @@ pub(crate) fn check_groups(groups: &LightGroups) -> Result<(), Failure> {
         format!(
             "--light-groups: the scene has {count} light group{}, expected 1 to {}",
             plural(count),
-            LightGroup::MOST
+            LightGroup::MAX
         ),
         match count {
             0 => "a scene without emitters has none; omit --light-groups",

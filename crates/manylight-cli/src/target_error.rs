@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// A denoised picture is made to learn its error only if that of the noisy one is at most as many
 /// times the limit: 15 is the largest ratio of both errors in eight scenes.
-const MOST_GAIN: f32 = 20.0;
+const MAX_GAIN: f32 = 20.0;
 
 /// Passes grow by one in this number until the picture is denoised again to learn its error, which
 /// takes as long as many passes.
@@ -43,7 +43,7 @@ impl Observer for StatingError<'_> {
             ErrorBars::of_film(film)?,
             self.session.request.budget.relative_error?,
         );
-        if noisy.stated.pixels > MOST_GAIN * limit {
+        if noisy.stated.pixels > MAX_GAIN * limit {
             return None;
         }
         let denoised = (self.session).denoise(Some(oidn), film, self.features, self.interrupt);

@@ -38,13 +38,13 @@ pub(crate) fn seed(text: &str) -> Result<u64, String> {
 }
 
 /// Most threads: ten thousands of them, each with its stack, stop the machine.
-pub(crate) const MOST_THREADS: u32 = 1024;
+pub(crate) const MAX_THREADS: u32 = 1024;
 
 /// A number of threads.
 pub(crate) fn threads(text: &str) -> Result<NonZeroU32, String> {
     (text.parse().ok())
-        .filter(|threads: &NonZeroU32| threads.get() <= MOST_THREADS)
-        .ok_or_else(|| format!("expected a number from 1 to {MOST_THREADS}"))
+        .filter(|threads: &NonZeroU32| threads.get() <= MAX_THREADS)
+        .ok_or_else(|| format!("expected a number from 1 to {MAX_THREADS}"))
 }
 
 /// A number from 0 to 1.
@@ -103,11 +103,11 @@ pub(crate) fn interleaving(text: &str) -> Result<u32, String> {
 
 /// A number of von Mises-Fisher lobes.
 pub(crate) fn lobes(text: &str) -> Result<u32, String> {
-    const MOST: u32 = GlossyForm::MAX_LOBES;
+    const MAX: u32 = GlossyForm::MAX_LOBES;
     let number: i64 = (text.parse()).map_err(|error: std::num::ParseIntError| error.to_string())?;
     match u32::try_from(number) {
-        Ok(lobes) if (1..=MOST).contains(&lobes) => Ok(lobes),
-        _ => Err(format!("{number} is not in 1..={MOST}")),
+        Ok(lobes) if (1..=MAX).contains(&lobes) => Ok(lobes),
+        _ => Err(format!("{number} is not in 1..={MAX}")),
     }
 }
 

@@ -36,7 +36,7 @@ const SMOOTHING: f32 = 2.0;
 /// in the place of the geometric one 0.073 and 0.0103.
 const MEAN_OVER_GEOMETRIC: f32 = 3.56;
 /// Least `σ²`: keeps weights finite where nothing changes. It is far below what can be seen.
-const LEAST_VARIANCE: f32 = 1e-10;
+const MIN_VARIANCE: f32 = 1e-10;
 
 /// A frame of a walkthrough.
 #[derive(Clone, Debug)]
@@ -241,11 +241,11 @@ fn variances(frame: &WalkFrame, shown: &[Reprojected]) -> Vec<f32> {
             Some(frame.relative_square(i, second_difference) / 6.0)
         });
         let (sum, count) = squares.fold((0.0, 0), |(sum, n), square| (sum + square, n + 1));
-        (count > 0).then(|| (sum / count as f32).max(LEAST_VARIANCE).ln())
+        (count > 0).then(|| (sum / count as f32).max(MIN_VARIANCE).ln())
     };
     let geometric_means = frame.local_means(squares);
     let variance =
-        |mean: Option<f32>| mean.map_or(LEAST_VARIANCE, |mean| MEAN_OVER_GEOMETRIC * mean.exp());
+        |mean: Option<f32>| mean.map_or(MIN_VARIANCE, |mean| MEAN_OVER_GEOMETRIC * mean.exp());
     geometric_means.map(variance).collect()
 }
 

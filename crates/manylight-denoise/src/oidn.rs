@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
 /// Oldest version that is used.
-const LEAST_MAJOR: u32 = 2;
+const MIN_MAJOR: u32 = 2;
 
 /// A version of the library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,7 +130,7 @@ impl Oidn {
         };
         oidn.check().map_err(|error| error.to_string())?;
         oidn.version = Version::from_number(u32::try_from(version).unwrap_or(0));
-        if oidn.version.major < LEAST_MAJOR {
+        if oidn.version.major < MIN_MAJOR {
             return Err(format!("its version {} is older than 2.0", oidn.version));
         }
         Ok(oidn)

@@ -16,7 +16,7 @@ const KNOWN_FROM: f32 = 8.0;
 /// Passes below which variances are not used at all. In veach-mis, emission that stays as it is
 /// after 2 passes of `path` raises the relative MSE from 0.008 to 0.023 (two of three seeds); after
 /// 4 passes the rule leaves the filtered image, 0.004.
-const LEAST_PASSES: u32 = 4;
+const MIN_PASSES: u32 = 4;
 
 /// Whether the filter has spread bright pixels of a term to others. `filtered`, `noisy` and
 /// `variance` are those of the term after `passes` passes, `picture` is the beauty. The squared
@@ -29,7 +29,7 @@ pub(crate) fn spreads(
     picture: &Image,
     passes: u32,
 ) -> bool {
-    if passes < LEAST_PASSES {
+    if passes < MIN_PASSES {
         return false;
     }
     let squares = (filtered.data.iter().zip(&noisy.data)).map(|(y, x)| (y - x) * (y - x));

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 /// Least width and height of a film that is filtered, in pixels. The library darkens smaller
 /// images: a single pixel of 0.5 becomes 0.09, and the mean of 2x2 pixels 0.37; that of 8x8 stays.
-const LEAST_SIZE: u32 = 8;
+const MIN_SIZE: u32 = 8;
 
 /// A denoised image of a film.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub fn denoise_film(
     features: Option<&FeatureImages>,
     cancel: &AtomicBool,
 ) -> Result<DenoisedImage, FilterError> {
-    if film.image_size().min_element() < LEAST_SIZE {
+    if film.image_size().min_element() < MIN_SIZE {
         let groups = light_groups(film).filter_map(|group| film.image(group));
         return Ok(DenoisedImage {
             image: film.image(Layer::Beauty).unwrap_or_default(),
@@ -112,7 +112,7 @@ pub fn denoise_picture(
         albedo,
         normal,
     } = input;
-    if radiance.width.min(radiance.height) < LEAST_SIZE as usize {
+    if radiance.width.min(radiance.height) < MIN_SIZE as usize {
         return Ok(radiance.clone());
     }
     oidn.filter(radiance, Some(Features { albedo, normal }), cancel)

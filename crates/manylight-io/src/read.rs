@@ -9,7 +9,7 @@ use sysinfo::System;
 
 /// Most bytes that a file may have more than its length says. Those of `/proc` say 0, and a small
 /// file may grow while it is read.
-const MOST_BEYOND: u64 = 64 << 10;
+const MAX_BEYOND: u64 = 64 << 10;
 
 /// The start of the files that Git LFS leaves in the place of those that it did not fetch.
 const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
@@ -44,7 +44,7 @@ pub(crate) fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let capacity = usize::try_from(length).map_err(|_| too_large())?;
     bytes.try_reserve_exact(capacity).map_err(|_| too_large())?;
-    let most = length.saturating_add(MOST_BEYOND);
+    let most = length.saturating_add(MAX_BEYOND);
     file.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(io::Error::other("it grew while it was read"));

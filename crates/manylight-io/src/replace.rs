@@ -67,7 +67,7 @@ pub(crate) fn replace(
 
 /// Most symbolic links that are followed to a file that does not exist yet, as many as the system
 /// follows to one that does.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// The file to write: where symbolic links lead, so that they are kept, even if that file does not
 /// exist yet.
@@ -78,7 +78,7 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
         Err(error) => return Err(error),
     }
     let mut target = path.to_owned();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         match fs::read_link(&target) {
             Ok(next) => target = folder_of(&target).join(next),
             Err(_) => break,

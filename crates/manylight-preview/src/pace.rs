@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// [`LARGEST_SHARE`] would allow more often: 22 channels of up to 92 000 pixels, at 0.05 s for
 /// 640x360 (docs/preview.md). These are 8 MB of floats a second for tev; half the time is twice the
 /// data, and twice the time lets the eye wait at passes of a fraction of a second.
-const LEAST_INTERVAL: Duration = Duration::from_secs(1);
+const MIN_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Largest part of the time of a render that is spent on pictures after the first one. A picture of
 /// 22 channels takes 0.05 s at 640x360 and 0.5 s at 1920x1080 (docs/preview.md), and is shown every
@@ -34,7 +34,7 @@ impl Pace {
     }
 
     fn interval(&self) -> Duration {
-        LEAST_INTERVAL.max(self.cost.div_f64(LARGEST_SHARE))
+        MIN_INTERVAL.max(self.cost.div_f64(LARGEST_SHARE))
     }
 }
 

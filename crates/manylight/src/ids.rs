@@ -30,7 +30,7 @@ pub struct LightGroup(pub u8);
 
 impl LightGroup {
     /// Most light groups of a picture.
-    pub const MOST: usize = 64;
+    pub const MAX: usize = 64;
 
     /// The index as a `usize`, for slices.
     #[inline]

@@ -80,7 +80,7 @@ pub(crate) enum Command {
 mod tests {
     use super::render::BudgetArgs;
     use super::*;
-    use crate::values::{MOST_THREADS, TABLE_SIZES};
+    use crate::values::{MAX_THREADS, TABLE_SIZES};
     use clap::CommandFactory;
     use manylight::film::blocks::BLOCK_STEP;
     use manylight::integrators::many_light::{GlossyForm, PHOTON_PATHS_PER_LIGHT};
@@ -111,7 +111,7 @@ mod tests {
                 "table-size",
                 format!("from {} to {}", TABLE_SIZES.start(), TABLE_SIZES.end()),
             ),
-            ("threads", format!("from 1 to {MOST_THREADS}")),
+            ("threads", format!("from 1 to {MAX_THREADS}")),
             ("block", format!("a multiple of {BLOCK_STEP}")),
             ("passes", format!("Default: {}", BudgetArgs::DEFAULT_PASSES)),
             (

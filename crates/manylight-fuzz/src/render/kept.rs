@@ -42,7 +42,7 @@ const SCENE: &str = r#"<scene version="3.0.0">
 /// Passes that have lights: two groups of passes.
 const PASSES: u32 = 12;
 /// Most changes of the arrays.
-const MOST_CHANGES: usize = 8;
+const MAX_CHANGES: usize = 8;
 /// The number of light groups of the methods, every other of which tells them apart.
 const GROUPS: [usize; 2] = [0, 2];
 
@@ -58,7 +58,7 @@ pub(crate) fn check(input: &[u8]) {
     let mut arrays = LIGHTS.get_or_init(|| (0..methods().len() * GROUPS.len()).map(made).collect())
         [choice]
         .clone();
-    let changes = numbers.below(MOST_CHANGES + 1);
+    let changes = numbers.below(MAX_CHANGES + 1);
     for _ in 0..changes {
         change(&mut numbers, &mut arrays);
     }

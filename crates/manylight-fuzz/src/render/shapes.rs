@@ -5,8 +5,8 @@ use manylight::geometry::{Mesh, Shape};
 use manylight::math::Vec3;
 
 /// Most vertices and triangles of a mesh.
-const MOST_VERTICES: usize = 12;
-const MOST_TRIANGLES: usize = 16;
+const MAX_VERTICES: usize = 12;
+const MAX_TRIANGLES: usize = 16;
 
 pub(super) fn shapes(numbers: &mut Numbers) -> Vec<Shape> {
     (0..1 + numbers.below(4)).map(|_| shape(numbers)).collect()
@@ -54,12 +54,12 @@ fn room() -> Mesh {
 }
 
 fn mesh(numbers: &mut Numbers) -> Mesh {
-    let vertices = numbers.below(MOST_VERTICES + 1);
+    let vertices = numbers.below(MAX_VERTICES + 1);
     let positions: Vec<Vec3> = (0..vertices).map(|_| numbers.vec3(-2.0, 2.0)).collect();
     let triangles = if vertices == 0 {
         0
     } else {
-        numbers.below(MOST_TRIANGLES + 1)
+        numbers.below(MAX_TRIANGLES + 1)
     };
     let mut corner = || numbers.below(vertices) as u32;
     let mut triangles: Vec<[u32; 3]> = (0..triangles)

@@ -24,14 +24,14 @@ pub(super) fn check_palette(bytes: &[u8]) -> Result<(), Fault> {
     /// Bytes of length, name and checksum of a chunk.
     const CHUNK: usize = 12;
     /// Most bytes of a palette: 256 entries of three.
-    const MOST: usize = 768;
+    const MAX: usize = 768;
     let mut rest = bytes.get(SIGNATURE..).unwrap_or_default();
     while let Some((length, after)) = rest.split_first_chunk::<4>() {
         let length = u32::from_be_bytes(*length) as usize;
-        if after.starts_with(b"PLTE") && !(length.is_multiple_of(3) && (3..=MOST).contains(&length))
+        if after.starts_with(b"PLTE") && !(length.is_multiple_of(3) && (3..=MAX).contains(&length))
         {
             return Err(Fault::new(format!(
-                "found a palette of {length} bytes, expected a multiple of 3 up to {MOST}"
+                "found a palette of {length} bytes, expected a multiple of 3 up to {MAX}"
             )));
         }
         rest = rest.get(length.saturating_add(CHUNK)..).unwrap_or_default();

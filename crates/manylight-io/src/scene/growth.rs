@@ -89,7 +89,7 @@ const EXPANSION: Bound = Bound {
     always_allowed: 4 << 20,
 };
 /// Most inclusions: ten times those of the largest public scenes.
-const MOST_INCLUSIONS: usize = 20_000;
+const MAX_INCLUSIONS: usize = 20_000;
 /// Most inclusions in a scene of little text.
 const FREE_INCLUSIONS: usize = 1000;
 /// Bytes of text for each further inclusion: less than a statement that includes a file has.
@@ -142,7 +142,7 @@ impl Expansion {
 
     fn add(&mut self, bytes: usize) -> Result<(), Exceeded> {
         let most_inclusions =
-            (FREE_INCLUSIONS + self.text_bytes() / BYTES_PER_INCLUSION).min(MOST_INCLUSIONS);
+            (FREE_INCLUSIONS + self.text_bytes() / BYTES_PER_INCLUSION).min(MAX_INCLUSIONS);
         let has_too_many = self.inclusions > most_inclusions;
         let bytes = if has_too_many { usize::MAX } else { bytes };
         self.growth.make(bytes, |most, given| {
@@ -198,6 +198,6 @@ mod tests {
         let mut expansion = Expansion::default();
         assert!(expansion.include("list".as_ref(), 1 << 20).is_ok());
         let included = (1..).take_while(|_| expansion.include("a".as_ref(), 10).is_ok());
-        assert_eq!(included.count(), MOST_INCLUSIONS - 1);
+        assert_eq!(included.count(), MAX_INCLUSIONS - 1);
     }
 }

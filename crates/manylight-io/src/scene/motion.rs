@@ -4,7 +4,7 @@ use glam::{DMat4, DQuat, DVec3};
 use manylight::math::Affine3A;
 
 /// Most frames of a camera: a bound of the work that a file from a stranger can ask for.
-const MOST_FRAMES: f64 = 1e6;
+const MAX_FRAMES: f64 = 1e6;
 
 /// The transform from an object to the world at a time in s.
 pub(super) type KeyFrame = (f64, DMat4);
@@ -27,9 +27,9 @@ pub(super) fn frames(keys: &[KeyFrame], fps: f32) -> Result<Vec<Affine3A>, Strin
     }
     // A rounding of the times must not cost the last frame.
     let steps = ((last - first) * fps + 1e-3).floor();
-    if steps >= MOST_FRAMES {
+    if steps >= MAX_FRAMES {
         return Err(format!(
-            "found {:.0} frames at {fps} per second, expected at most {MOST_FRAMES:.0}",
+            "found {:.0} frames at {fps} per second, expected at most {MAX_FRAMES:.0}",
             steps + 1.0
         ));
     }

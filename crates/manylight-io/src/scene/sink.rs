@@ -106,7 +106,7 @@ struct SourceFile {
 }
 
 /// Most problems of each severity that are kept. A file of another kind may have one on every line.
-const MOST_PROBLEMS: usize = 1000;
+const MAX_PROBLEMS: usize = 1000;
 
 /// The files of a scene, and the problems found so far.
 #[derive(Default)]
@@ -206,13 +206,13 @@ impl Sink {
 
     /// Whether further errors are counted, but not kept. Then no further files are included.
     pub(super) fn is_full(&self) -> bool {
-        self.count(Severity::Error).get() >= MOST_PROBLEMS
+        self.count(Severity::Error).get() >= MAX_PROBLEMS
     }
 
     fn add(&self, severity: Severity, problem: Problem) {
         let count = self.count(severity);
         count.set(count.get() + 1);
-        if count.get() > MOST_PROBLEMS {
+        if count.get() > MAX_PROBLEMS {
             return;
         }
         let location = problem.span.map(|span| self.locate(&problem, span));
@@ -268,7 +268,7 @@ impl Sink {
         let further = [Severity::Error, Severity::Warning]
             .into_iter()
             .zip(&self.counts)
-            .filter(|(_, count)| count.get() > MOST_PROBLEMS)
+            .filter(|(_, count)| count.get() > MAX_PROBLEMS)
             .map(|(severity, count)| not_listed(severity, count.get()));
         found
             .into_iter()
@@ -289,7 +289,7 @@ fn not_listed(severity: Severity, count: usize) -> Diagnostic {
         kind: LoadErrorKind::Scene,
         code: "scene::too_many_problems",
         message: format!(
-            "the scene has at least {count} {what}; the first {MOST_PROBLEMS} are listed"
+            "the scene has at least {count} {what}; the first {MAX_PROBLEMS} are listed"
         ),
         location: None,
         help: None,

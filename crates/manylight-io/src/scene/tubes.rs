@@ -27,7 +27,7 @@ impl TubeDetail {
         segments: usize,
         triangles: impl Fn(&TubeDetail) -> usize,
     ) -> TubeDetail {
-        const MOST_TRIANGLES: usize = 1 << 21;
+        const MAX_TRIANGLES: usize = 1 << 21;
         const FINER: [TubeDetail; 3] = [
             TubeDetail {
                 sides: 24,
@@ -42,7 +42,7 @@ impl TubeDetail {
                 pieces: 4,
             },
         ];
-        let fits = |detail: &TubeDetail| triangles(detail) * segments <= MOST_TRIANGLES;
+        let fits = |detail: &TubeDetail| triangles(detail) * segments <= MAX_TRIANGLES;
         FINER.into_iter().find(fits).unwrap_or(Self::COARSE)
     }
 }

@@ -17,16 +17,16 @@ use tokio::sync::oneshot;
 use tokio::task::AbortHandle;
 
 /// Largest number of connections at the same time: more than a browser opens for
-/// [`super::server::MOST_PAGES`] pages, and a small part of the 1024 files that a process may
+/// [`super::server::MAX_PAGES`] pages, and a small part of the 1024 files that a process may
 /// usually have open.
-const MOST_CONNECTIONS: usize = 96;
+const MAX_CONNECTIONS: usize = 96;
 
 /// Longest time for the head of a request, from the opening of the connection or the end of the
 /// last answer.
 const REQUEST_TIME: Duration = Duration::from_secs(10);
 
 /// Most bytes of the head of a request. Browsers send less than 2 kB.
-const MOST_HEAD_BYTES: usize = 64 << 10;
+const MAX_HEAD_BYTES: usize = 64 << 10;
 
 /// Time between two attempts to accept a connection if the system refuses.
 const RETRY_TIME: Duration = Duration::from_millis(100);
@@ -83,7 +83,7 @@ impl Connections {
     fn open(&mut self, stream: TcpStream, pages: &Router) {
         self.open
             .retain(|connection| !connection.task.is_finished());
-        if self.open.len() >= MOST_CONNECTIONS {
+        if self.open.len() >= MAX_CONNECTIONS {
             let waiting = |connection: &Connection| !connection.shows_pictures.get();
             let Some(oldest) = self.open.iter().position(waiting) else {
                 return;
@@ -95,7 +95,7 @@ impl Connections {
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(REQUEST_TIME)
-            .max_buf_size(MOST_HEAD_BYTES)
+            .max_buf_size(MAX_HEAD_BYTES)
             .serve_connection(TokioIo::new(stream), TowerToHyperService::new(pages));
         let connection = self.graceful.watch(connection);
         let task = tokio::spawn(async move {

@@ -33,7 +33,7 @@ use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
 /// Largest number of pages that are open at the same time.
-pub(super) const MOST_PAGES: usize = 32;
+pub(super) const MAX_PAGES: usize = 32;
 
 /// Longest time that the end of the program waits for connections without events to be closed.
 const IDLE_TIME: Duration = Duration::from_millis(300);
@@ -193,7 +193,7 @@ async fn send_events(
     RawQuery(query): RawQuery,
     Extension(connection): Extension<ShowsPictures>,
 ) -> Response {
-    if latest.receiver_count() >= MOST_PAGES {
+    if latest.receiver_count() >= MAX_PAGES {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many open pages\n").into_response();
     }
     connection.set();

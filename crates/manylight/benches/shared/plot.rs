@@ -13,7 +13,7 @@ pub(crate) struct PlotLine {
 }
 
 /// Lower limit of the y axis; smaller values are drawn at the bottom edge.
-const LEAST_Y: f64 = 1e-3;
+const MIN_Y: f64 = 1e-3;
 
 /// Writes the plot to `file` with the axis titles `x` and `y`.
 pub(crate) fn draw(
@@ -28,7 +28,7 @@ pub(crate) fn draw(
     let first = points().fold(f64::INFINITY, |least, p| least.min(p.0));
     let last = points().fold(0.0, |most: f64, p| most.max(p.0));
     let least = points().fold(f64::INFINITY, |least, p| least.min(p.1));
-    let least = least.max(LEAST_Y);
+    let least = least.max(MIN_Y);
     let most = points().fold(least, |most, p| most.max(p.1));
     // Space for the legend on the right.
     let right = last * (last / first).powf(0.4);

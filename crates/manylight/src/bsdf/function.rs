@@ -96,8 +96,8 @@ impl<'s> Bsdf<'s> {
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the
     /// width of the lobe in radians.
     #[inline]
-    pub fn glossy_width(&self) -> f32 {
-        self.glossy_widths().get()
+    pub fn glossy_roughness(&self) -> f32 {
+        self.glossy_roughnesses().get()
     }
 
     /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some
@@ -228,12 +228,12 @@ impl<'s, S: Width> Bsdf<'s, S> {
         (n * wo.dot(n).sign(), !self.transmits)
     }
 
-    /// [`Bsdf::glossy_width`] in each lane.
+    /// [`Bsdf::glossy_roughness`] in each lane.
     #[inline(always)]
-    pub(crate) fn glossy_widths(&self) -> Float<S> {
+    pub(crate) fn glossy_roughnesses(&self) -> Float<S> {
         let mut least = Float::splat(self.width(), 1.0);
         for leaf in self.leaves() {
-            least = least.min(leaf.model.glossy_width());
+            least = least.min(leaf.model.glossy_roughness());
         }
         least
     }

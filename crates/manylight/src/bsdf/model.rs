@@ -110,7 +110,7 @@ models! {
 impl<'s, S: Width> Model<'s, S> {
     /// Smallest roughness alpha of the `GLOSSY` lobes, at most 1; 1 without such lobes.
     #[inline(always)]
-    pub(super) fn glossy_width(&self) -> Float<S> {
+    pub(super) fn glossy_roughness(&self) -> Float<S> {
         let alpha = self.alpha();
         alpha.lt(NEAR_DELTA_ALPHA).select(1.0, alpha.min(1.0))
     }

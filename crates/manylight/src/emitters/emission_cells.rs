@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Fraction of all power from which on a group of elements is a cell: there are at most twice as
 /// many cells as its inverse, and the infinite lights. At 1/128 and 1/32 the guide gains too little
-/// to be used in Disco and Garage (`LEAST_GAIN` of `integrators/emission_guiding`), where the pixel
+/// to be used in Disco and Garage (`MIN_GAIN` of `integrators/emission_guiding`), where the pixel
 /// variance of 128 lights of 20,000 photon paths is 1.09 and .90 times that with it (16 seeds); at
 /// 1/32 it is 1.04 times in a scene with a lamp behind a door.
 const CELL_POWER: f32 = 1.0 / 64.0;

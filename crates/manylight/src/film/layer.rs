@@ -63,7 +63,7 @@ impl Layer {
 
     /// The layers of `count` light groups.
     pub fn of_light_groups(count: usize) -> impl Iterator<Item = Layer> {
-        (0..count.min(LightGroup::MOST)).map(|group| Layer::LightGroup(LightGroup(group as u8)))
+        (0..count.min(LightGroup::MAX)).map(|group| Layer::LightGroup(LightGroup(group as u8)))
     }
 
     /// Name in image files; empty for the beauty. Light groups are numbered: their names are those
@@ -98,7 +98,7 @@ impl Layer {
     /// The light group with the name of its layer.
     pub(super) fn light_group_of_name(name: &str) -> Option<Layer> {
         let number: u8 = name.strip_prefix(LIGHT_GROUP)?.parse().ok()?;
-        (usize::from(number) < LightGroup::MOST).then_some(Layer::LightGroup(LightGroup(number)))
+        (usize::from(number) < LightGroup::MAX).then_some(Layer::LightGroup(LightGroup(number)))
     }
 
     /// Index in [`Layer::ALL`]; the number of these for light groups.

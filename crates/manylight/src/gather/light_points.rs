@@ -34,7 +34,7 @@ const DISTANCE_SPREAD: f32 = 0.25;
 /// smaller discs are points. One strong photon among weak ones makes a disc small that represents
 /// as much area as its neighbors. At 0.125 and 0.5 (2 passes of 128 lights at 72x40, 2 seeds;
 /// Kitchen, Glossy Room): relMSE 0 and 0 %.
-const LEAST_DISC: f32 = 0.25;
+const MIN_DISC: f32 = 0.25;
 
 /// A part of a light that is connected with as a point.
 #[derive(Clone, Copy, Debug)]
@@ -117,10 +117,10 @@ pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLigh
     light_part(gather, light, 0, part_count(gather, at, light)).area
 }
 
-/// Whether a light is several points from near; see [`LEAST_DISC`].
+/// Whether a light is several points from near; see [`MIN_DISC`].
 #[inline(always)]
 fn is_disc(gather: &Gather, light: &VirtualLight) -> bool {
-    gather.kernel == Kernel::Disc && disc_area(light) > LEAST_DISC * light.area
+    gather.kernel == Kernel::Disc && disc_area(light) > MIN_DISC * light.area
 }
 
 /// Part `k` of `light`, of which there are `count`. The one part of a light from far is all of it.

@@ -75,7 +75,7 @@ pub(super) struct Batch<'b, 's> {
     /// Mirror directions of the viewers.
     pub mirrored: Lanes3,
     /// Least roughness of the glossy lobes, 1 without any.
-    pub widths: Lanes,
+    pub roughness: Lanes,
     /// Origins of shadow rays on the side of the geometric normal, and on the other.
     pub origins: [[Vec3; LANES]; 2],
     /// The lights that are summed at all of them.
@@ -139,7 +139,7 @@ impl<'b, 's> Batch<'b, 's> {
                 members.iter().map(|&m| (&point(m).bsdf, point(m).wo)),
             ),
             mirrored: Lanes3::from_fn(|i| mirrored(at(i).wo, at(i).x.frame.n)),
-            widths: std::array::from_fn(|i| at(i).bsdf.glossy_width()),
+            roughness: std::array::from_fn(|i| at(i).bsdf.glossy_roughness()),
             origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),
             lights: at(0).lights,
             lit_from: Lanes3::from_fn(|i| at(i).lit_from.unwrap_or(Vec3::ZERO)),

@@ -51,7 +51,7 @@ impl LightLobe {
             return None;
         }
         let axis = mirrored(reflection.wi, light.ns);
-        let g = mean_cosine(reflection.bsdf.glossy_width());
+        let g = mean_cosine(reflection.bsdf.glossy_roughness());
         let frame = Frame::from_normal(axis);
         let mut rng = Pcg::new(u64::from(id.0) << 32 | u64::from(seed));
         let drawn = std::array::from_fn(|i| {
@@ -98,7 +98,7 @@ impl<S: Sixteen> SphereSamples<S> {
                 batch.u.map(|u| turn(i, u).sin()),
             ]
         });
-        let glossy = batch.widths.iter().any(|&width| width < 1.0);
+        let glossy = batch.roughness.iter().any(|&roughness| roughness < 1.0);
         SphereSamples {
             turns,
             shift: batch.u.map(|u| (61.0 * u).fract()),
@@ -110,7 +110,7 @@ impl<S: Sixteen> SphereSamples<S> {
 impl<S: Sixteen> PointLobe<S> {
     #[inline(always)]
     fn of(s: S, batch: &Batch) -> Self {
-        let g = batch.widths.map(mean_cosine);
+        let g = batch.roughness.map(mean_cosine);
         let zero = Vector::splat(s, Vec3::ZERO);
         let mut lobe = PointLobe {
             axis: batch.mirrored.vectors(s),

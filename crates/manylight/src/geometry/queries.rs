@@ -138,9 +138,9 @@ impl Geometry {
         visit: &mut dyn FnMut(Hit) -> bool,
     ) -> bool {
         /// Largest number of intersections of a line with a quadric.
-        const MOST: usize = 2;
+        const MAX: usize = 2;
         let (mut rest, mut start) = (*segment, 0.0);
-        for _ in 0..MOST {
+        for _ in 0..MAX {
             let shape = &self.placements[primitive.index()];
             let Some(mut hit) = shape.intersect_analytic(primitive, &rest.ray()) else {
                 return false;

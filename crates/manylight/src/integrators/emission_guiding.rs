@@ -54,7 +54,7 @@ const UNGUIDED_PROBABILITY: f32 = 0.2;
 /// gain of a few percent is less than the pre-pass can tell. At 1.6 the guide is not used in Disco
 /// and Garage: pixel variance 1.09 and .90 times as large, block variance 1.6 and .7. At 1.05 it is
 /// used in Kitchen: .95 and .9 (16 seeds).
-const LEAST_GAIN: f64 = 1.25;
+const MIN_GAIN: f64 = 1.25;
 /// Largest importance that counts, relative to the mean of all photons that reach any: a photon
 /// beside the camera must not decide. At 4 the guide is not used in Disco (pixel variance 1.09 times
 /// as large); at 16 it is .99 times there, and the same in Kitchen.
@@ -72,7 +72,7 @@ const SEED: u64 = 0x7068_6f74_6f6e_7321;
 const MISSED: f64 = 0.1;
 /// Fraction of all direct light from which on the light of an emitter is missed. Below it, the
 /// fraction of an emitter that is found is as low as .54 by the noise of the pre-pass (Garage, .08).
-const LEAST_SHARE: f64 = 0.1;
+const MIN_SHARE: f64 = 0.1;
 
 /// Direct light of an emitter, where gather points look, that photons hardly carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,7 +155,7 @@ fn shares(unguided: &[f32], scores: &[f64]) -> Option<Vec<f32>> {
         let of_cell = |(&score, &share): (&f64, &f32)| score * score / f64::from(share);
         scores.iter().zip(shares).map(of_cell).sum()
     };
-    (variance(unguided) > LEAST_GAIN * variance(&shares)).then_some(shares)
+    (variance(unguided) > MIN_GAIN * variance(&shares)).then_some(shares)
 }
 
 /// Importons, and what photons at them count for.
@@ -203,7 +203,7 @@ impl<'s> PrePass<'s> {
         };
         let misses = direct.of_surfaces().filter_map(|(cell, found)| {
             let fraction = carried(cell) / found;
-            let is_missed = found > LEAST_SHARE * total && fraction < MISSED;
+            let is_missed = found > MIN_SHARE * total && fraction < MISSED;
             is_missed.then(|| MissedLight {
                 emitter: cells.emitter(cell),
                 share: found / total,

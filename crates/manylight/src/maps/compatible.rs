@@ -39,10 +39,10 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// The patch around `p` with unit normal `n`; `glossy_width` is the roughness of the narrowest
+    /// The patch around `p` with unit normal `n`; `glossy_roughness` is the roughness of the narrowest
     /// glossy lobe, 1 without glossy lobes.
-    pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_width: f32) -> Self {
-        let angle = (ANGLE_PER_ALPHA * glossy_width).min(std::f32::consts::FRAC_PI_2);
+    pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_roughness: f32) -> Self {
+        let angle = (ANGLE_PER_ALPHA * glossy_roughness).min(std::f32::consts::FRAC_PI_2);
         Patch {
             p,
             n,

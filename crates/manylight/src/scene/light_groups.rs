@@ -71,7 +71,7 @@ impl LightGroups {
                 groups.names.push(name.clone());
             }
             // Of a scene with too many groups, no picture has layers.
-            let group = LightGroup(index.min(LightGroup::MOST) as u8);
+            let group = LightGroup(index.min(LightGroup::MAX) as u8);
             match source {
                 EmissionSource::Surface(primitive) => {
                     let count = groups.of_primitives.len().max(primitive.index() + 1);
@@ -101,7 +101,7 @@ impl LightGroups {
 
     /// Whether a picture can have a layer for each group.
     pub fn are_recordable(&self) -> bool {
-        (1..=LightGroup::MOST).contains(&self.count())
+        (1..=LightGroup::MAX).contains(&self.count())
     }
 
     /// The group of a source.

@@ -97,16 +97,22 @@ pub(super) enum ProfileMaker {
 
 impl ProfileMaker {
     /// The profile of `paths` on a surface with unit normal `n`, scaled so that its integral over
-    /// the domain is the scattered flux. `width` is the smallest roughness of the lobes.
-    pub(super) fn make(&self, paths: &[Reflection], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
+    /// the domain is the scattered flux. `roughness` is the smallest of the lobes.
+    pub(super) fn make(
+        &self,
+        paths: &[Reflection],
+        roughness: f32,
+        n: Vec3,
+        rng: &mut Pcg,
+    ) -> Profile {
         let (domain, target) = scattered_flux(paths, n, rng);
         let (data, flux) = match self {
             ProfileMaker::Table(grid, storage) => {
-                let (texels, flux) = grid.fill(paths, width, domain, target, rng);
+                let (texels, flux) = grid.fill(paths, roughness, domain, target, rng);
                 (ProfileData::Table(storage.pack(&texels, grid)), flux)
             }
             ProfileMaker::Lobes(count) => {
-                let (lobes, flux) = fit_mixture(*count, paths, width, domain, target, rng);
+                let (lobes, flux) = fit_mixture(*count, paths, roughness, domain, target, rng);
                 (ProfileData::Lobes(lobes), flux)
             }
         };

@@ -17,9 +17,9 @@ use crate::simd::{Isa, Simd, SimdKernel, set_bits};
 /// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the
 /// texel's center. At 0.15 and 0.6 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy
 /// Room): pictures differ by at most 0.8 % (RMS).
-const NARROW: f32 = 0.3;
+const CENTER_ROUGHNESS: f32 = 0.3;
 /// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are
-/// evaluated separately; for lobes narrower than [`NARROW`]. Smaller values are slower and keep
+/// evaluated separately; for lobes narrower than [`CENTER_ROUGHNESS`]. Smaller values are slower and keep
 /// more of the shape. At 0.025 and 0.1 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy
 /// Room): pictures differ by at most 0.7 % (RMS).
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
@@ -57,12 +57,12 @@ impl Block {
 
 impl Grid {
     /// The texels of the table of `paths`, in W/sr, and the flux of the table, in W, which is
-    /// `target` unless no texel or sample has found the lobes. `width` is the smallest roughness of
+    /// `target` unless no texel or sample has found the lobes. `roughness` is the smallest of
     /// the lobes.
     pub(super) fn fill(
         &self,
         paths: &[Reflection],
-        width: f32,
+        roughness: f32,
         domain: EmissionDomain,
         target: Rgb,
         rng: &mut Pcg,
@@ -71,7 +71,7 @@ impl Grid {
         Isa::best().run(Evaluation {
             grid: self,
             paths,
-            is_narrow: width < NARROW,
+            is_narrow: roughness < CENTER_ROUGHNESS,
             blocks: self.blocks_inside(domain),
             texels: &mut texels,
         });
@@ -128,7 +128,7 @@ impl Grid {
 struct Evaluation<'a, 's> {
     grid: &'a Grid,
     paths: &'a [Reflection<'s>],
-    /// Whether lobes are narrower than [`NARROW`].
+    /// Whether lobes are narrower than [`CENTER_ROUGHNESS`].
     is_narrow: bool,
     /// As of [`Grid::blocks_inside`].
     blocks: (Vec<Block>, Vec<Vec3>),

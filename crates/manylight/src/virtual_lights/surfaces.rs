@@ -47,12 +47,12 @@ pub trait Surfaces: Sync {
 impl Surfaces for Scene {
     fn patch(&self, photon: &Photon) -> Patch {
         let bsdf = self.bsdf(&self.surface_point(photon.at));
-        let width = if bsdf.lobes().has(Lobes::GLOSSY) {
-            bsdf.glossy_width()
+        let roughness = if bsdf.lobes().has(Lobes::GLOSSY) {
+            bsdf.glossy_roughness()
         } else {
             1.0
         };
-        Patch::new(photon.p, photon.n, self.material(photon), width)
+        Patch::new(photon.p, photon.n, self.material(photon), roughness)
     }
 
     fn material(&self, photon: &Photon) -> MaterialId {

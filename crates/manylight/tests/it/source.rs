@@ -7,7 +7,7 @@ use std::path::Path as FilePath;
 pub(crate) type Path = Vec<String>;
 
 /// Most re-exports in a row that are followed to the definition of a name.
-const MOST_RE_EXPORTS: u32 = 8;
+const MAX_RE_EXPORTS: u32 = 8;
 
 /// The sources of a crate, without tests.
 pub(crate) struct Crate {
@@ -89,7 +89,7 @@ impl Crate {
         };
         let import = self.import(&module, name);
         match import {
-            Some(import) if re_exports < MOST_RE_EXPORTS => {
+            Some(import) if re_exports < MAX_RE_EXPORTS => {
                 let path = [import.path.as_slice(), &item[1..]].concat();
                 self.definition(&module, &path, re_exports + 1)
             }

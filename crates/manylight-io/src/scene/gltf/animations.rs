@@ -16,7 +16,7 @@ const ROTATION: Allowed = Allowed {
 };
 /// Most transforms of nodes, over all frames of all cameras: a bound of the work that a file from a
 /// stranger can ask for. A camera below ten nodes may have a million frames.
-const MOST_TRANSFORMS: f64 = 1e7;
+const MAX_TRANSFORMS: f64 = 1e7;
 
 /// The animated transforms of the cameras and of the nodes above them.
 #[derive(Default)]
@@ -89,7 +89,7 @@ impl CameraAnimations {
     /// The transforms from a node to the world, frame by frame from time 0 on at `fps` frames per
     /// second; empty if nothing moves it.
     pub(super) fn frames(&self, hierarchy: &Hierarchy, node: usize, fps: f32) -> Vec<DMat4> {
-        if self.tracks.is_empty() || self.transforms.get() > MOST_TRANSFORMS {
+        if self.tracks.is_empty() || self.transforms.get() > MAX_TRANSFORMS {
             return Vec::new();
         }
         let chain = hierarchy.chain(node);
@@ -100,13 +100,13 @@ impl CameraAnimations {
         };
         let transforms = self.transforms.get() + (last + 2.0) * chain.len() as f64;
         self.transforms.set(transforms);
-        if let Some((_, json)) = chain.last().filter(|_| transforms > MOST_TRANSFORMS) {
+        if let Some((_, json)) = chain.last().filter(|_| transforms > MAX_TRANSFORMS) {
             let frames = last + 1.0;
             json.error(format!(
-                "the animations take {frames} frames at {fps} per second: found {transforms:.1e} transforms of nodes, expected at most {MOST_TRANSFORMS:.0e}"
+                "the animations take {frames} frames at {fps} per second: found {transforms:.1e} transforms of nodes, expected at most {MAX_TRANSFORMS:.0e}"
             ));
         }
-        if last < 0.0 || transforms > MOST_TRANSFORMS {
+        if last < 0.0 || transforms > MAX_TRANSFORMS {
             return Vec::new();
         }
         let frame = |index: u32| {

@@ -185,7 +185,7 @@ impl Textures {
             }
             ColorInput::Texture(base) => Texture::Step {
                 base,
-                threshold: threshold * LEAST_PART,
+                threshold: threshold * MIN_PART,
             },
         };
         ColorInput::Texture(add(&mut self.list, value))
@@ -320,7 +320,7 @@ fn uv_transform(info: &Json<'_>) -> Mat3 {
 
 /// Part of a cutoff that counts as the whole: interpolation between equal texels rounds. Texels of
 /// 16 bits differ by more.
-const LEAST_PART: f32 = 1.0 - 1e-6;
+const MIN_PART: f32 = 1.0 - 1e-6;
 
 /// What a material needs of the vertices of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -206,17 +206,17 @@ fn transparency_and_widths_are_known_beforehand() {
         let width = match case.name {
             "rough_conductor_ggx" | "rough_glass_ggx" | "normal_map_glass" => 0.3,
             "rough_plastic_ggx" | "blend" | "two_sided" => 0.2,
-            "rough_conductor_narrow" | "diffuse" | "principled_glass" => bsdf.glossy_width(),
+            "rough_conductor_narrow" | "diffuse" | "principled_glass" => bsdf.glossy_roughness(),
             _ => continue,
         };
-        assert_close(bsdf.glossy_width(), width, 1e-6, case.name);
+        assert_close(bsdf.glossy_roughness(), width, 1e-6, case.name);
     }
     let near_delta = cases()
         .iter()
         .find(|case| case.name == "rough_conductor_narrow")
         .unwrap();
     assert_eq!(near_delta.bsdf(Vec3::Z).lobes(), Lobes::NEAR_DELTA);
-    assert_eq!(near_delta.bsdf(Vec3::Z).glossy_width(), 1.0);
+    assert_eq!(near_delta.bsdf(Vec3::Z).glossy_roughness(), 1.0);
 }
 
 #[test]

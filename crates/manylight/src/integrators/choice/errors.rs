@@ -9,7 +9,7 @@ const LIGHT_BLOCK: usize = 8;
 /// Standard errors beyond which the light of a block that only virtual lights find is not noise,
 /// and the least of it relative to the light of path samples.
 const SIGNIFICANT: f64 = 3.0;
-const LEAST_EXCESS: f64 = 0.1;
+const MIN_EXCESS: f64 = 0.1;
 
 impl PrePass {
     /// The weights of path samples by the variances of the terms.
@@ -98,7 +98,7 @@ impl PrePass {
             let of_mean = groups.len() * (groups.len() - 1);
             let variance = spread / of_mean as f64 + 0.25 * (a - b).powi(2);
             let excess = 0.5 * (a + b) - path;
-            if excess > SIGNIFICANT * variance.sqrt() && excess > LEAST_EXCESS * path {
+            if excess > SIGNIFICANT * variance.sqrt() && excess > MIN_EXCESS * path {
                 let scale = pixels.iter().map(|&i| self.scale[i]).sum::<f64>() / count;
                 error += count * excess * excess / scale.max(f64::MIN_POSITIVE);
             }

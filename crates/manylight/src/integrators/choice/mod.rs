@@ -38,12 +38,12 @@ const PASS_SAMPLES: f64 = 26.0;
 const SAMPLES_PER_RAY_RATIO: f64 = 0.24;
 const SAMPLES_PER_PHOTON_PATH: f64 = 1.2;
 /// Least shadow rays of a path sample: scenes without lamps have none.
-const LEAST_RAYS: f64 = 0.5;
+const MIN_RAYS: f64 = 0.5;
 /// Most pixels of the pictures.
-const MOST_PIXELS: u32 = 2304;
+const MAX_PICTURE_PIXELS: u32 = 2304;
 /// Least and most path samples of the pre-pass that take the computation of a pass.
-const LEAST_SAMPLES: u32 = 8;
-const MOST_SAMPLES: u32 = 256;
+const MIN_SAMPLES: u32 = 8;
+const MAX_SAMPLES: u32 = 256;
 /// Ratio of errors within which the mean of both is chosen: the estimates are not more certain. The
 /// mean of both has at most half the sum of both errors, so that it loses little by a wrong choice.
 /// With the pictures of six seeds of 13 scenes, and the errors of both methods after 20 s, the error
@@ -104,14 +104,19 @@ pub struct ChoicePrePass {
 impl ChoicePrePass {
     /// Renders the pictures of path tracing and of `lights`.
     pub fn new(lights: &ManyLight, scene: (&Scene, PathLimits), run: &PassContext) -> Self {
-        let pixels = scene.0.sensor.desc().film.reduced_sampler(MOST_PIXELS);
+        let pixels = scene
+            .0
+            .sensor
+            .desc()
+            .film
+            .reduced_sampler(MAX_PICTURE_PIXELS);
         run.stats.time("choice", || {
             let pictures = LightPictures::new(lights, scene, run, &pixels);
             let rays = shadow_rays_per_sample(&pixels, scene, run);
             let pass_cost = pass_in_samples(&pictures, scene.0, rays);
             // The effort of the render reaches the variance of a pass at this cost.
             let samples = (pass_cost * pictures.error).round() as u32;
-            let samples = samples.clamp(LEAST_SAMPLES, MOST_SAMPLES);
+            let samples = samples.clamp(MIN_SAMPLES, MAX_SAMPLES);
             let path_samples = NonZeroU32::new((pass_cost * pictures.cost).round() as u32);
             ChoicePrePass {
                 pictures: PrePass::new(&pictures.pictures, &pixels, scene, run, samples),
@@ -141,7 +146,7 @@ impl ChoicePrePass {
 fn pass_in_samples(pass: &LightPictures, scene: &Scene, rays: f64) -> f64 {
     let film = scene.sensor.desc().film.crop_size.as_dvec2();
     PASS_SAMPLES
-        + SAMPLES_PER_RAY_RATIO * pass.shadow_rays / rays.max(LEAST_RAYS)
+        + SAMPLES_PER_RAY_RATIO * pass.shadow_rays / rays.max(MIN_RAYS)
         + SAMPLES_PER_PHOTON_PATH * f64::from(pass.photon_paths) / (film.x * film.y)
 }
 

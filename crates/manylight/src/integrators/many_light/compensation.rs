@@ -44,7 +44,7 @@ const ESTIMATED_AREAS: f32 = 16.0;
 /// Least probability of that search: bounds the weight of directions for which the estimate is too
 /// low by 8. At 0.0625 and 0.25 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room,
 /// U-Shape): relMSE +0.8 and -0.6 % (standard error 1 %).
-const LEAST_SEARCHED: f32 = 1.0 / 8.0;
+const MIN_SEARCHED: f32 = 1.0 / 8.0;
 /// Factor from the clamped fraction of a direction to the probability of a photon query at a glossy
 /// surface. Measured against 1, over 8 passes at 160x90: relMSE falls by 5 % in the Kitchen and by
 /// 10 % in the U-Shape, for 7 and 1 % more time.
@@ -53,7 +53,7 @@ const GLOSSY_SURVIVAL_FACTOR: f32 = 4.0;
 /// Least probability of a photon query at a glossy surface with light groups told apart: groups that
 /// have no photons around the cache point do not count in it. At 1/32 and 1/8 (128 lights at 96x54,
 /// 10 seeds; Kitchen, Glossy Room, Disco): the variance of each group is the same to .5 %.
-const LEAST_OF_GROUPS: f32 = 1.0 / 16.0;
+const MIN_OF_GROUPS: f32 = 1.0 / 16.0;
 
 /// A vertex `y` with non-specular lobes at which a direction arrives.
 pub(super) struct DirectionEnd {
@@ -117,7 +117,7 @@ pub(super) fn compensate(tile: &mut TileGather, y: &DirectionEnd, sampler: &mut 
         let area = ESTIMATED_AREAS * area;
         let assignment = Assignment::Unassigned { area };
         let estimate = clamped_fraction(tile, y, &location, assignment);
-        estimate.clamp(LEAST_SEARCHED, 1.0)
+        estimate.clamp(MIN_SEARCHED, 1.0)
     });
     if searched < 1.0 && sampler.next_1d() >= searched {
         return;
@@ -217,7 +217,7 @@ fn compensate_groups_by_cache(
     }
     let largest = clamped.iter().flatten().fold(0.0, |a: f32, &b| a.max(b));
     let survival = match y.is_glossy {
-        true => (GLOSSY_SURVIVAL_FACTOR * largest / searched).clamp(LEAST_OF_GROUPS, 1.0),
+        true => (GLOSSY_SURVIVAL_FACTOR * largest / searched).clamp(MIN_OF_GROUPS, 1.0),
         false => 1.0,
     };
     if sampler.next_1d() >= survival {

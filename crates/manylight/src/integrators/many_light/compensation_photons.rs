@@ -36,7 +36,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f
 /// cosθ = 1/π`. Measured against no limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where
 /// metal in the sun made single bright pixels.
-const LEAST_DIRECTION_LIMIT: f32 = 1.0;
+const MIN_DIRECTION_LIMIT: f32 = 1.0;
 /// Survival probability of a photon, divided by the clamped fraction of its light at a white
 /// surface. A larger factor makes the map larger; with this one, photons that are thinned count
 /// with at most an eighth of their flux. At 4 and 16 (2 passes of 128 lights at 72x40, 2 seeds;
@@ -45,14 +45,14 @@ const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
 /// Least survival probability of a photon: bounds the flux of photons by 32 times their own. At
 /// 0.015625 and 0.0625 (2 passes of 128 lights at 72x40, 2 seeds; Kitchen): pictures differ by at
 /// most 0.5 % (RMS).
-const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
+const MIN_SURVIVAL: f32 = 1.0 / 32.0;
 
 /// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ`
 /// of the lobes at `y` up to which directions account for the light of emitters. `f_cos` is `f
 /// cosθ` of the lobes at `x` in that direction: low-roughness lobes at `x` find low-roughness lobes
 /// at `y`.
 pub(super) fn direction_limit(f_cos: Rgb) -> f32 {
-    f_cos.max_channel().max(LEAST_DIRECTION_LIMIT)
+    f_cos.max_channel().max(MIN_DIRECTION_LIMIT)
 }
 
 /// Fraction of the light of an emitter for which directions account, where the lobes reflect it
@@ -170,7 +170,7 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
     }
     let bsdf = scene.bsdf(&scene.surface_point(photon.at));
     let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
-    (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
+    (f_cos.max_channel() > MIN_DIRECTION_LIMIT).then_some(f_cos)
 }
 
 /// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of one
@@ -197,7 +197,7 @@ pub(super) fn assigned(
         };
         let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
         let clamped = gather.clamped_fraction(lights, &at, &from, assignment, white);
-        let survival = (SURVIVAL_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_SURVIVAL, 1.0);
+        let survival = (SURVIVAL_PER_CLAMPED_FRACTION * clamped).clamp(MIN_SURVIVAL, 1.0);
         reflected.photon.flux /= survival;
         let photon = CompensationPhoton {
             reflected,

@@ -35,7 +35,7 @@ const MEASURED_FRACTION: f32 = 0.25;
 const MEASURED: [(u32, u32); 3] = [(2, 4), (8, 4), (2, 8)];
 /// Least gain in the product of variance and cost for which the effort changes. With 1.15, the
 /// noise of the pre-pass changed the effort in the CBox, at a loss of a third at 30 s.
-const LEAST_GAIN: f64 = 1.3;
+const MIN_GAIN: f64 = 1.3;
 /// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the
 /// times of four scenes with 4 and 8 of them: of a light in the sum, of an emitter sample, of a
 /// camera path, and of all the rest.
@@ -53,7 +53,7 @@ const ROULETTE_PER_NOISE: f32 = 0.03;
 /// Most pixels of the pre-pass, and the least spacing of their columns and rows. At 320x180 the
 /// pre-pass of 1620 pixels takes about a fifth of the time of a pass.
 const MAX_PIXELS: u32 = 2048;
-const LEAST_SPACING: u32 = 4;
+const MIN_SPACING: u32 = 4;
 /// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must
 /// not decide.
 const MAX_RELATIVE_VARIANCE: f64 = 1.0;
@@ -261,7 +261,7 @@ pub(in crate::integrators) fn with_fixed_effort(
     let model = PassModel::new(variances, f64::from(measured.light_count));
     let best = efforts(fixed).min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
     let best = best
-        .filter(|best| model.error(best) * LEAST_GAIN < model.error(&fixed))
+        .filter(|best| model.error(best) * MIN_GAIN < model.error(&fixed))
         .unwrap_or(fixed);
     ManyLight {
         roulette: model.roulette(&best),
@@ -309,7 +309,7 @@ fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
     let film = &scene.sensor.desc().film;
     let size = film.crop_size;
     let count = |spacing: u32| size.x.div_ceil(spacing) * size.y.div_ceil(spacing);
-    let mut spacing = LEAST_SPACING;
+    let mut spacing = MIN_SPACING;
     while count(spacing) > MAX_PIXELS {
         spacing += 1;
     }

@@ -38,7 +38,7 @@ const CAUSTICS: &str = "caustics.";
 const COMPENSATION: &str = "compensation.";
 
 /// Most emitter samples and camera paths that a file may ask for: far beyond those of any effort.
-const MOST_SAMPLES: u32 = 1 << 10;
+const MAX_SAMPLES: u32 = 1 << 10;
 
 /// The virtual lights of all passes of a render, with everything else that the passes shade with.
 #[derive(Debug)]
@@ -180,8 +180,8 @@ fn with_effort<E: From<InvalidArray>>(
     let most = [
         (light_count, method.light_count),
         (photon_paths, method.photon_paths),
-        (emitter_samples, MOST_SAMPLES),
-        (camera_paths, MOST_SAMPLES),
+        (emitter_samples, MAX_SAMPLES),
+        (camera_paths, MAX_SAMPLES),
     ];
     if let Some((found, most)) = most
         .into_iter()

@@ -69,7 +69,7 @@ const POINTS_PER_PASS: usize = 1 << 14;
 const REACH: f32 = 2.0;
 /// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or
 /// twice as much change the error of Kitchen and U-Shape by at most 3 %.
-const LEAST_DISTANCE: f32 = 2.0;
+const MIN_DISTANCE: f32 = 2.0;
 /// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer
 /// ones do without the cache.
 const MAX_EXTRA_SEGMENTS: usize = 6;
@@ -335,7 +335,7 @@ impl CachePoint {
 
     /// Whether the kernel is small beside the distance from `y` to `x`, in m.
     pub(super) fn serves(&self, distance: f32) -> bool {
-        distance > LEAST_DISTANCE * self.radius
+        distance > MIN_DISTANCE * self.radius
     }
 }
 

@@ -85,13 +85,13 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
     /// The lanes in which all non-specular lobes gather.
     #[inline(always)]
     fn all_gather<S: Width>(&self, at: &Arrived<S, PathState>) -> Mask<S> {
-        let width = at.v.bsdf.glossy_widths();
+        let roughness = at.v.bsdf.glossy_roughnesses();
         let method = self.tile.pass.method;
         let before = lanes_where(u32::MAX >> (32 - S::LANES), |i| {
             at.paths.as_ref()[i].stage == PathStage::BeforeX
         });
-        let blurs = Mask::from_bits(width.width(), !before);
-        method.glossy_gather(width) | blurs
+        let blurs = Mask::from_bits(roughness.width(), !before);
+        method.glossy_gather(roughness) | blurs
     }
 
     /// Estimates the light at the vertices in `lanes`, and appends the paths that go on.

@@ -29,7 +29,7 @@ pub struct PhotonMap {
 /// single photons. After such an event, which blurs what is seen, all glossy lobes gather. At 0.15
 /// and 0.6 (2 passes of `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE -9.3 and +1.2
 /// % (standard error 7 %), shadow rays -18 and +1 %.
-const LEAST_GATHERING_ROUGHNESS: f32 = 0.3;
+const MIN_GATHERING_ROUGHNESS: f32 = 0.3;
 /// Most camera paths per pixel and pass; see `PhotonMap::camera_paths`. With the default number of
 /// photon paths it acts on pictures of less than 128x128 pixels. At 8 and 32 (2 passes of
 /// `photon-map` at 72x40, 3 seeds; Glossy Room, Kitchen): relMSE +40 and -16 % (standard error 9
@@ -68,13 +68,13 @@ impl PhotonMap {
         self.estimate == Estimate::Direct || event != Lobes::NONE
     }
 
-    /// The lanes in which glossy lobes of these widths gather before the first non-specular event;
+    /// The lanes in which glossy lobes of this roughness gather before the first non-specular event;
     /// after it, all do.
     #[inline(always)]
-    pub(super) fn glossy_gather<S: Width>(&self, width: Float<S>) -> Mask<S> {
+    pub(super) fn glossy_gather<S: Width>(&self, roughness: Float<S>) -> Mask<S> {
         match self.estimate {
-            Estimate::Progressive => width.ge(LEAST_GATHERING_ROUGHNESS),
-            Estimate::Direct => Mask::splat(width.width(), true),
+            Estimate::Progressive => roughness.ge(MIN_GATHERING_ROUGHNESS),
+            Estimate::Direct => Mask::splat(roughness.width(), true),
         }
     }
 }

@@ -49,12 +49,12 @@ const MIN_KAPPA: f32 = 1e-2;
 const LOWEST_EXPONENT: f32 = -60.0;
 
 /// A mixture of at most `count` lobes with the shape of what `paths` scatter into `domain`, scaled
-/// per channel to the flux `target`; and the flux that it holds there, both in W. `width` is the
-/// smallest roughness of the paths' lobes.
+/// per channel to the flux `target`; and the flux that it holds there, both in W. `roughness` is the
+/// smallest of the paths' lobes.
 pub(super) fn fit_mixture(
     count: usize,
     paths: &[Reflection],
-    width: f32,
+    roughness: f32,
     domain: EmissionDomain,
     target: Rgb,
     rng: &mut Pcg,
@@ -66,7 +66,7 @@ pub(super) fn fit_mixture(
         }
     });
     let n = domain.horizon();
-    let fitted = samples.fit(count, MAX_KAPPA_ALPHA2 / (width * width), n, rng);
+    let fitted = samples.fit(count, MAX_KAPPA_ALPHA2 / (roughness * roughness), n, rng);
     let lobes: Vec<VmfLobe> = fitted.iter().map(|c| c.lobe(n)).collect();
     let flux = |lobes: &[VmfLobe]| -> Rgb { lobes.iter().map(|lobe| lobe.flux(n)).sum() };
     let factor = target.zip(flux(&lobes), |target, flux| match flux > 0.0 {
