@@ -148,16 +148,6 @@ impl Window {
         share: 1.0,
         gain: 1.0,
     };
-
-    /// The window in all lanes of `s`.
-    #[cfg(test)]
-    fn in_lanes<S: Width>(self, s: S) -> Windows<S> {
-        Windows {
-            start: Float::splat(s, self.start),
-            share: Float::splat(s, self.share),
-            gain: Float::splat(s, self.gain),
-        }
-    }
 }
 
 impl FilterSampler {
@@ -292,9 +282,17 @@ mod tests {
         Filter::Lanczos { lobes: 3.0 },
     ];
 
+    fn single(window: Window) -> Windows<One> {
+        Windows {
+            start: window.start.into(),
+            share: window.share.into(),
+            gain: window.gain.into(),
+        }
+    }
+
     /// Offset and weight of a sample along one axis.
     fn sample_1d(sampler: &FilterSampler, window: Window, u: f32) -> (f32, f32) {
-        let (x, weight) = sampler.sample_1d(window.in_lanes(One), u.into());
+        let (x, weight) = sampler.sample_1d(single(window), u.into());
         (x.get(), weight.get())
     }
 
@@ -404,7 +402,7 @@ mod tests {
     #[test]
     fn samples_in_two_dimensions_stay_within_the_radius() {
         for filter in ALL {
-            let windows = [Window::WHOLE.in_lanes(One); 2];
+            let windows = [single(Window::WHOLE); 2];
             let u = Vec2::new(0.0, 1.0 - f32::EPSILON);
             let (offset, _) = filter.sampler().sample(windows, u.into());
             let offset = Vec2::from(offset);

@@ -5,8 +5,8 @@ use super::context::PassContext;
 use super::first_event::SampleShare;
 use crate::film::{FilmSampler, TileSamples};
 use crate::geometry::Ray;
-use crate::lanes::{LaneKernel, Pair, Width, lane};
-use crate::math::{UVec2, Vec2, Vec3};
+use crate::lanes::{LaneKernel, Pair, Width};
+use crate::math::{UVec2, Vec2};
 use crate::sampling::{Sampler, SobolSequences, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::sensors::Sensor;
@@ -43,7 +43,7 @@ impl CameraStart {
     }
 }
 
-/// What camera paths start in.
+/// What decides where camera paths start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CameraView<'a> {
     pub(super) scene: &'a Scene,
@@ -101,15 +101,10 @@ where
             let lens = Pair::from_fn(s, |i| numbers.as_ref()[i].lens);
             let pixels = s.each(|i| numbers.as_ref()[i].pixel);
             let samples = positions.samples(&pixels, film);
-            let rays = camera.rays(samples.position, lens);
-            let (o, d, t_max) = (rays.o.store(), rays.d.store(), rays.t_max.store());
+            let rays = camera.rays(samples.position, lens).store();
             let weight = samples.weight.store();
             for (i, (_, path)) in packet.drain(..).enumerate() {
-                let ray = Ray {
-                    o: Vec3::from(lane(&o, i)),
-                    d: Vec3::from(lane(&d, i)),
-                    t_max: t_max.as_ref()[i],
-                };
+                let ray = rays.as_ref()[i];
                 let (ray, hidden) = visible_part(scene, limits.hide_emitters, ray);
                 let start = CameraStart {
                     ray,

@@ -39,10 +39,10 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// The patch around `p` with unit normal `n`; `glossy_roughness` is the roughness of the narrowest
-    /// glossy lobe, 1 without glossy lobes.
-    pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_roughness: f32) -> Self {
-        let angle = (ANGLE_PER_ALPHA * glossy_roughness).min(std::f32::consts::FRAC_PI_2);
+    /// The patch around `p` with unit normal `n`; `roughness` is that of the narrowest glossy lobe,
+    /// 1 without glossy lobes.
+    pub fn new(p: Vec3, n: Vec3, material: MaterialId, roughness: f32) -> Self {
+        let angle = (ANGLE_PER_ALPHA * roughness).min(std::f32::consts::FRAC_PI_2);
         Patch {
             p,
             n,

@@ -6,6 +6,7 @@ mod rays;
 mod tests;
 
 use crate::film::FilmDesc;
+use crate::lanes::One;
 use crate::math::{Affine3A, UVec2, Vec2, Vec3};
 use crate::sampling::warp;
 
@@ -203,7 +204,7 @@ impl Sensor {
         if local.z <= 0.0 || local.z < self.desc.near_clip || local.z > self.desc.far_clip {
             return None;
         }
-        let ray = self.ray_between(lens.into(), local.into()).ray();
+        let [ray] = self.ray_between::<One>(lens.into(), local.into()).store();
         let from_lens = p - self.desc.world_from_camera.transform_point3(lens);
         let cos = local.z / (local - lens).length();
         // The value of a pixel is the mean of radiance over its area and the lens. From a point of

@@ -2,18 +2,31 @@
 
 use super::{Projection, Sensor};
 use crate::geometry::Ray;
-use crate::lanes::{self, Float, One, Pair, Vector, Width};
+use crate::lanes::{self, Float, One, Pair, Vector, Width, lane};
 use crate::math::{Affine3A, Vec2, Vec3};
 
 /// A camera ray per lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraRays<S: Width> {
     /// Origins: on the near plane.
-    pub(crate) o: Vector<S>,
+    o: Vector<S>,
     /// Unit directions.
-    pub(crate) d: Vector<S>,
+    d: Vector<S>,
     /// Ends of the rays: on the far plane.
-    pub(crate) t_max: Float<S>,
+    t_max: Float<S>,
+}
+
+impl<S: Width> CameraRays<S> {
+    /// The ray in each lane.
+    #[inline(always)]
+    pub(crate) fn store(self) -> S::Each<Ray> {
+        let (o, d, t_max) = (self.o.store(), self.d.store(), self.t_max.store());
+        self.t_max.width().each(|i| Ray {
+            o: Vec3::from(lane(&o, i)),
+            d: Vec3::from(lane(&d, i)),
+            t_max: t_max.as_ref()[i],
+        })
+    }
 }
 
 impl Sensor {
@@ -21,7 +34,10 @@ impl Sensor {
     /// down), in world space, from the near plane to the far plane. Its importance over its
     /// probability density is 1 for all kinds of sensors.
     pub fn ray(&self, film_position: Vec2, u_lens: Vec2) -> Ray {
-        self.rays(film_position.into(), u_lens.into()).ray()
+        let [ray] = self
+            .rays::<One>(film_position.into(), u_lens.into())
+            .store();
+        ray
     }
 
     /// [`Sensor::ray`] in lanes.
@@ -92,17 +108,6 @@ impl Sensor {
         let per_pixel = film.size.as_vec2().recip() * 2.0;
         let q = Pair::splat(s, start) - film_position * Pair::splat(s, per_pixel);
         q * Pair::splat(s, self.plane_extent())
-    }
-}
-
-impl CameraRays<One> {
-    /// The only ray.
-    pub(super) fn ray(self) -> Ray {
-        Ray {
-            o: self.o.into(),
-            d: self.d.into(),
-            t_max: self.t_max.get(),
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::film::Filter;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, LaneKernel, Pair, Width, lane};
+use crate::lanes::{LANES, LaneKernel, Pair, Width};
 use crate::sampling::{Sampler, Stream};
 use crate::simd::{Instructions, Isa};
 
@@ -133,14 +133,7 @@ impl LaneKernel for InLanes<'_> {
         let points = s.each(|i| points[i]);
         let film = Pair::from_fn(s, |i| points.as_ref()[i].0);
         let lens = Pair::from_fn(s, |i| points.as_ref()[i].1);
-        let rays = sensor.rays(film, lens);
-        let (o, d, t_max) = (rays.o.store(), rays.d.store(), rays.t_max.store());
-        let ray = |i: usize| Ray {
-            o: Vec3::from(lane(&o, i)),
-            d: Vec3::from(lane(&d, i)),
-            t_max: t_max.as_ref()[i],
-        };
-        (0..S::LANES).map(ray).collect()
+        sensor.rays(film, lens).store().as_ref().to_vec()
     }
 }
 

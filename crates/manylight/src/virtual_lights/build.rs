@@ -20,11 +20,11 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 
-/// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`WIDE_ROUGHNESS`] and
-/// more. Other photons are drawn for every light and pass, so that the mean over lights converges
-/// to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter of both, over 24
-/// passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE in the CBox, for
-/// 6 % more time.
+/// Number of photons of a cluster that make a glossy profile, for lobes of roughness
+/// [`WIDE_ROUGHNESS`] and more. Other photons are drawn for every light and pass, so that the mean
+/// over lights converges to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter
+/// of both, over 24 passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE
+/// in the CBox, for 6 % more time.
 const PATHS_OF_WIDE_LOBES: usize = 32;
 /// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less
 /// time, and more must overlap for a smooth profile. See [`PATHS_OF_WIDE_LOBES`].

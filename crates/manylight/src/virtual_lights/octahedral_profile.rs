@@ -19,9 +19,9 @@ use crate::simd::{Isa, Simd, SimdKernel, set_bits};
 /// Room): pictures differ by at most 0.8 % (RMS).
 const CENTER_ROUGHNESS: f32 = 0.3;
 /// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are
-/// evaluated separately; for lobes narrower than [`CENTER_ROUGHNESS`]. Smaller values are slower and keep
-/// more of the shape. At 0.025 and 0.1 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy
-/// Room): pictures differ by at most 0.7 % (RMS).
+/// evaluated separately; for lobes narrower than [`CENTER_ROUGHNESS`]. Smaller values are slower
+/// and keep more of the shape. At 0.025 and 0.1 (2 passes of 128 lights at 72x40, 3 seeds; Kitchen,
+/// Glossy Room): pictures differ by at most 0.7 % (RMS).
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
 /// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are
 /// evaluated separately; for wider lobes, which vary little within a block. At 0.15 and 0.6 (2
@@ -71,7 +71,7 @@ impl Grid {
         Isa::best().run(Evaluation {
             grid: self,
             paths,
-            is_narrow: roughness < CENTER_ROUGHNESS,
+            roughness,
             blocks: self.blocks_inside(domain),
             texels: &mut texels,
         });
@@ -128,8 +128,8 @@ impl Grid {
 struct Evaluation<'a, 's> {
     grid: &'a Grid,
     paths: &'a [Reflection<'s>],
-    /// Whether lobes are narrower than [`CENTER_ROUGHNESS`].
-    is_narrow: bool,
+    /// The smallest of the lobes.
+    roughness: f32,
     /// As of [`Grid::blocks_inside`].
     blocks: (Vec<Block>, Vec<Vec3>),
     texels: &'a mut [Rgb],
@@ -145,10 +145,11 @@ impl SimdKernel for Evaluation<'_, '_> {
         let Evaluation {
             grid,
             paths,
-            is_narrow,
+            roughness,
             blocks: (blocks, middles),
             texels,
         } = self;
+        let is_narrow = roughness < CENTER_ROUGHNESS;
         let bright_share = match is_narrow {
             true => NARROW_BRIGHT_SHARE,
             false => WIDE_BRIGHT_SHARE,

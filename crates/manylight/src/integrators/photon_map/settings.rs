@@ -68,8 +68,8 @@ impl PhotonMap {
         self.estimate == Estimate::Direct || event != Lobes::NONE
     }
 
-    /// The lanes in which glossy lobes of this roughness gather before the first non-specular event;
-    /// after it, all do.
+    /// The lanes in which glossy lobes of this roughness gather before the first non-specular
+    /// event; after it, all do.
     #[inline(always)]
     pub(super) fn glossy_gather<S: Width>(&self, roughness: Float<S>) -> Mask<S> {
         match self.estimate {

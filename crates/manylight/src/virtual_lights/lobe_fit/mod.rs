@@ -49,8 +49,8 @@ const MIN_KAPPA: f32 = 1e-2;
 const LOWEST_EXPONENT: f32 = -60.0;
 
 /// A mixture of at most `count` lobes with the shape of what `paths` scatter into `domain`, scaled
-/// per channel to the flux `target`; and the flux that it holds there, both in W. `roughness` is the
-/// smallest of the paths' lobes.
+/// per channel to the flux `target`; and the flux that it holds there, both in W. `roughness` is
+/// the smallest of the paths' lobes.
 pub(super) fn fit_mixture(
     count: usize,
     paths: &[Reflection],
