@@ -3,22 +3,18 @@
 
 use std::collections::HashMap;
 
+/// The type of a texture, as its directive says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum TextureType {
+    Float,
+    Spectrum,
+}
+
 /// Textures of both types and named materials have separate names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum NameSpace {
-    FloatTexture,
-    SpectrumTexture,
+    Texture(TextureType),
     Material,
-}
-
-impl NameSpace {
-    /// Of textures.
-    pub(super) fn of_textures(is_spectrum: bool) -> Self {
-        match is_spectrum {
-            true => NameSpace::SpectrumTexture,
-            false => NameSpace::FloatTexture,
-        }
-    }
 }
 
 /// A place of the file, counted in changes of names before it.
@@ -88,7 +84,7 @@ mod tests {
     #[test]
     fn later_definitions_hold_until_their_block_ends() {
         let mut bindings = Bindings::default();
-        let space = NameSpace::SpectrumTexture;
+        let space = NameSpace::Texture(TextureType::Spectrum);
         let mut places = vec![bindings.here()];
         bindings.define(space, "t", 0);
         places.push(bindings.here());

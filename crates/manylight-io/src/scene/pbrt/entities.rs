@@ -3,7 +3,7 @@
 use super::super::files::find_external_file;
 use super::super::parameters::Parameters;
 use super::super::sink::{FileSpan, Problem, Text};
-use super::bindings::{Bindings, Place};
+use super::bindings::{Bindings, Place, TextureType};
 use super::colors::{ColorContext, ColorSpace, ColorUse};
 use super::params::Params;
 use glam::DMat4;
@@ -66,9 +66,9 @@ pub(super) struct ShapeEntity<'a> {
     pub(super) reverse_orientation: bool,
 }
 
-/// A texture: whether it is a spectrum, and its declaration.
+/// A texture: its type, and its declaration.
 pub(super) struct TextureEntity<'a> {
-    pub(super) is_spectrum: bool,
+    pub(super) ty: TextureType,
     pub(super) entity: Entity<'a>,
 }
 

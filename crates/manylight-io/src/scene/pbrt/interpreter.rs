@@ -4,7 +4,7 @@ use super::super::files::{find_external_file, identity};
 use super::super::growth::Expansion;
 use super::super::parameters::unresolved;
 use super::super::sink::{FileSpan, Problem, Sink, Text};
-use super::bindings::NameSpace;
+use super::bindings::{NameSpace, TextureType};
 use super::colors::ColorSpace;
 use super::entities::{
     Entities, Entity, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity, WrongBlock,
@@ -347,9 +347,9 @@ impl<'a> Interpreter<'a> {
 
     fn texture(&mut self, names: [Text; 3], list: Vec<Param>) {
         let [name, ty, class] = names;
-        let is_spectrum = match ty.value.as_str() {
-            "float" => false,
-            "spectrum" | "color" => true,
+        let ty = match ty.value.as_str() {
+            "float" => TextureType::Float,
+            "spectrum" | "color" => TextureType::Spectrum,
             other => {
                 let message =
                     format!("unknown type `{other}` of a texture, expected `float` or `spectrum`");
@@ -361,14 +361,11 @@ impl<'a> Interpreter<'a> {
         let params = Params::new("texture", class, list, inherited, self.sink);
         let bindings = &mut self.entities.bindings;
         let entity = self.state.entity(params, &self.folders, bindings.here());
-        let space = NameSpace::of_textures(is_spectrum);
+        let space = NameSpace::Texture(ty);
         bindings.define(space, &name.value, self.entities.textures.len());
         self.entities.textures.push(Named {
             name,
-            value: TextureEntity {
-                is_spectrum,
-                entity,
-            },
+            value: TextureEntity { ty, entity },
         });
     }
 

@@ -4,6 +4,7 @@ use super::super::super::assets::Decode;
 use super::super::super::description::{Additions, bitmap, flip_v, set_image};
 use super::super::super::parameters::{Numbers, Parameters};
 use super::super::super::sink::Problem;
+use super::super::bindings::TextureType;
 use super::super::builder::Builder;
 use super::super::entities::Entity;
 use crate::image::Transfer;
@@ -13,11 +14,7 @@ use manylight::texture::{ColorInput, Filtering, Wrap};
 use std::path::Path;
 
 impl Builder<'_> {
-    pub(super) fn image_map(
-        &mut self,
-        entity: &Entity<'_>,
-        is_spectrum: bool,
-    ) -> Option<ColorInput> {
+    pub(super) fn image_map(&mut self, entity: &Entity<'_>, ty: TextureType) -> Option<ColorInput> {
         let params = &entity.params;
         params.ignore(&["maxanisotropy", "trilinear"]);
         let filters = [
@@ -38,7 +35,7 @@ impl Builder<'_> {
         let transfer = self.transfer(entity, &name.value);
         let path = entity.find_file(name, "texture")?;
         let key = format!(
-            "{} {filtering:?} {wrap:?} {mapping:?} {scale} {invert} {transfer:?} {is_spectrum}",
+            "{} {filtering:?} {wrap:?} {mapping:?} {scale} {invert} {transfer:?} {ty:?}",
             path.display()
         );
         if let Some(texture) = self.made.bitmaps.get(&key) {
@@ -46,7 +43,7 @@ impl Builder<'_> {
         }
         let bitmap = bitmap(filtering, [wrap; 2], uv_transform);
         let texture = self.desc.add(bitmap);
-        let decode = if is_spectrum || self.is_v3 {
+        let decode = if ty == TextureType::Spectrum || self.is_v3 {
             Decode::Color(transfer)
         } else {
             Decode::Float(transfer)
@@ -54,7 +51,10 @@ impl Builder<'_> {
         // Scaled and then inverted. Values of spectra are clamped to [0, 1].
         let edit = move |v: f32| {
             let v = if invert { 1.0 - v * scale } else { v * scale };
-            if is_spectrum { v.clamp(0.0, 1.0) } else { v }
+            match ty {
+                TextureType::Spectrum => v.clamp(0.0, 1.0),
+                TextureType::Float => v,
+            }
         };
         let store = move |desc: &mut SceneDesc, mut image: Image| {
             image.data.iter_mut().for_each(|v| *v = edit(*v));

@@ -6,7 +6,7 @@ mod solid;
 use super::super::description::{Additions, as_color, as_float, product};
 use super::super::parameters::{Numbers, Parameters, unresolved};
 use super::super::sink::Problem;
-use super::bindings::NameSpace;
+use super::bindings::{NameSpace, TextureType};
 use super::builder::{Builder, Made};
 use super::colors::ColorUse;
 use super::entities::{Entity, Named, TextureEntity};
@@ -37,17 +37,14 @@ const SUBSTITUTES: [&str; 2] = ["directionmix", "ptex"];
 impl Builder<'_> {
     /// Defines a texture.
     pub(super) fn texture(&mut self, named: &Named<TextureEntity<'_>>) {
-        let TextureEntity {
-            is_spectrum,
-            entity,
-        } = &named.value;
-        let input = self.texture_input(entity, *is_spectrum);
+        let TextureEntity { ty, entity } = &named.value;
+        let input = self.texture_input(entity, *ty);
         entity.params.finish(self.is_v3);
         let index = self.made.textures.len();
         self.made.textures.push(input);
-        let names = match is_spectrum {
-            true => &mut self.made.spectrum_textures,
-            false => &mut self.made.float_textures,
+        let names = match ty {
+            TextureType::Spectrum => &mut self.made.spectrum_textures,
+            TextureType::Float => &mut self.made.float_textures,
         };
         let former = names.insert(named.name.value.clone(), index);
         if former.is_some() && !self.is_v3 {
@@ -55,9 +52,9 @@ impl Builder<'_> {
         }
     }
 
-    fn texture_input(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
+    fn texture_input(&mut self, entity: &Entity<'_>, ty: TextureType) -> ColorInput {
         let params = &entity.params;
-        let mut input = |name, default| self.nested_input(entity, is_spectrum, name, default);
+        let mut input = |name, default| self.nested_input(entity, ty, name, default);
         match params.plugin.value.as_str() {
             "constant" => input("value", 1.0),
             "scale" => {
@@ -79,16 +76,16 @@ impl Builder<'_> {
                     weight,
                 }))
             }
-            "checkerboard" => self.checkerboard(entity, is_spectrum),
-            "bilerp" => self.bilerp(entity, is_spectrum),
+            "checkerboard" => self.checkerboard(entity, ty),
+            "bilerp" => self.bilerp(entity, ty),
             "imagemap" => self
-                .image_map(entity, is_spectrum)
+                .image_map(entity, ty)
                 .unwrap_or(ColorInput::Constant(Rgb::splat(0.5))),
-            "dots" => self.dots(entity, is_spectrum),
-            "uv" if is_spectrum => self.texture_coordinates(entity),
+            "dots" => self.dots(entity, ty),
+            "uv" if ty == TextureType::Spectrum => self.texture_coordinates(entity),
             _ => match self.noise(entity) {
                 Some(noise) => noise,
-                None => self.constant_texture(entity, is_spectrum),
+                None => self.constant_texture(entity, ty),
             },
         }
     }
@@ -97,21 +94,21 @@ impl Builder<'_> {
     fn nested_input(
         &mut self,
         entity: &Entity<'_>,
-        is_spectrum: bool,
+        ty: TextureType,
         name: &'static str,
         default: f32,
     ) -> ColorInput {
-        if is_spectrum {
-            self.color_input(entity, name, ColorUse::Reflectance)
-                .unwrap_or(ColorInput::Constant(Rgb::splat(default)))
-        } else {
-            as_color(self.float_input(entity, name, default))
+        match ty {
+            TextureType::Spectrum => self
+                .color_input(entity, name, ColorUse::Reflectance)
+                .unwrap_or(ColorInput::Constant(Rgb::splat(default))),
+            TextureType::Float => as_color(self.float_input(entity, name, default)),
         }
     }
 
-    fn checkerboard(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
-        let first = self.nested_input(entity, is_spectrum, "tex1", 1.0);
-        let second = self.nested_input(entity, is_spectrum, "tex2", 0.0);
+    fn checkerboard(&mut self, entity: &Entity<'_>, ty: TextureType) -> ColorInput {
+        let first = self.nested_input(entity, ty, "tex1", 1.0);
+        let second = self.nested_input(entity, ty, "tex2", 0.0);
         // Evaluation as a number swaps the cells of checkerboards in the plane.
         let dimension = entity.params.integer("dimension", 2, 2);
         if dimension == 3 {
@@ -124,10 +121,9 @@ impl Builder<'_> {
         // PBRT's cells have edges of 1, ours of 1/2.
         let mapping = self.mapping(entity);
         let uv_transform = Mat3::from_diagonal(Vec3::new(0.5, 0.5, 1.0)) * mapping.uv_transform;
-        let (color0, color1) = if is_spectrum {
-            (first, second)
-        } else {
-            (second, first)
+        let (color0, color1) = match ty {
+            TextureType::Spectrum => (first, second),
+            TextureType::Float => (second, first),
         };
         let board = self.desc.add(Texture::Checkerboard {
             color0,
@@ -138,11 +134,11 @@ impl Builder<'_> {
     }
 
     /// Four values at the corners of the unit square, as an image of 2 x 2 texels.
-    fn bilerp(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
+    fn bilerp(&mut self, entity: &Entity<'_>, ty: TextureType) -> ColorInput {
         let corners = [("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)];
         let mut data = Vec::new();
         for (name, default) in corners {
-            match self.nested_input(entity, is_spectrum, name, default) {
+            match self.nested_input(entity, ty, name, default) {
                 ColorInput::Constant(color) => data.extend(color.to_array()),
                 ColorInput::Texture(_) => data.extend([default; 3]),
             }
@@ -198,15 +194,15 @@ impl Builder<'_> {
 
     /// The substitute of a class that is not supported: the mean of its inputs, with one warning.
     /// Unknown classes are reported.
-    fn constant_texture(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
+    fn constant_texture(&mut self, entity: &Entity<'_>, ty: TextureType) -> ColorInput {
         let params = &entity.params;
         if !SUBSTITUTES.contains(&params.plugin.value.as_str()) {
             let known = SUPPORTED.iter().chain(&SUBSTITUTES);
             self.unknown_plugin(entity, known.copied());
             return ColorInput::Constant(Rgb::splat(0.5));
         }
-        let first = self.nested_input(entity, is_spectrum, "tex1", 0.0);
-        let second = self.nested_input(entity, is_spectrum, "tex2", 1.0);
+        let first = self.nested_input(entity, ty, "tex1", 0.0);
+        let second = self.nested_input(entity, ty, "tex2", 1.0);
         params.ignore_all();
         let message = format!(
             "{} is not supported; it is replaced by its mean",
@@ -230,7 +226,7 @@ impl Builder<'_> {
         &self,
         entity: &Entity<'_>,
         param: &Param,
-        is_spectrum: bool,
+        ty: TextureType,
     ) -> Option<ColorInput> {
         let Values::Strings(names) = &param.values else {
             return None;
@@ -245,16 +241,19 @@ impl Builder<'_> {
             spectrum_textures,
             ..
         } = &self.made;
-        let (known, others) = match is_spectrum {
-            true => (spectrum_textures, float_textures),
-            false => (float_textures, spectrum_textures),
+        let (known, others) = match ty {
+            TextureType::Spectrum => (spectrum_textures, float_textures),
+            TextureType::Float => (float_textures, spectrum_textures),
         };
-        let space = NameSpace::of_textures(is_spectrum);
+        let space = NameSpace::Texture(ty);
         let found = self.definition(space, name, entity.place, known);
         // A texture that refers to itself is not there yet.
         let texture = found.and_then(|index| self.made.textures.get(index));
         if texture.is_none() {
-            let kind = if is_spectrum { "spectrum" } else { "float" };
+            let kind = match ty {
+                TextureType::Spectrum => "spectrum",
+                TextureType::Float => "float",
+            };
             let message = format!("no {kind} texture has the name `{}`", name.value);
             let problem = unresolved(name, message, known.keys().map(String::as_str));
             self.sink.error(if others.contains_key(&name.value) {
@@ -278,7 +277,7 @@ impl Builder<'_> {
     ) -> Option<ColorInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(entity, param, true);
+            return self.referenced(entity, param, TextureType::Spectrum);
         }
         entity.color(name, color_use).map(ColorInput::Constant)
     }
@@ -291,7 +290,8 @@ impl Builder<'_> {
     ) -> Option<FloatInput> {
         let param = entity.params.get(name)?;
         if param.ty == ParamType::Texture {
-            return self.referenced(entity, param, false).map(as_float);
+            let texture = self.referenced(entity, param, TextureType::Float);
+            return texture.map(as_float);
         }
         let value = entity.params.maybe_float(name);
         value.map(FloatInput::Constant)

@@ -2,6 +2,7 @@
 
 use super::super::super::description::Additions;
 use super::super::super::parameters::{Numbers, Parameters};
+use super::super::bindings::TextureType;
 use super::super::builder::Builder;
 use super::super::entities::Entity;
 use manylight::ids::TextureId;
@@ -61,9 +62,9 @@ impl Builder<'_> {
     }
 
     /// Discs, of which noise decides the places.
-    pub(super) fn dots(&mut self, entity: &Entity<'_>, is_spectrum: bool) -> ColorInput {
-        let inside = self.nested_input(entity, is_spectrum, "inside", 1.0);
-        let outside = self.nested_input(entity, is_spectrum, "outside", 0.0);
+    pub(super) fn dots(&mut self, entity: &Entity<'_>, ty: TextureType) -> ColorInput {
+        let inside = self.nested_input(entity, ty, "inside", 1.0);
+        let outside = self.nested_input(entity, ty, "outside", 0.0);
         let mapping = self.mapping(entity);
         let dots = self.desc.add(Texture::Dots {
             inside,
