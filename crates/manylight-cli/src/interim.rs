@@ -2,10 +2,10 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::{Surroundings, check_memory};
+use crate::memory::{OtherMemory, check_memory};
 use crate::preset::no_lights;
 use crate::session::Session;
-use manylight::integrators::{InterimMaps, MethodKind, PassContext, StageMemory};
+use manylight::integrators::{InterimMaps, MethodKind, PassContext, Stage, StageMemory};
 use manylight::sampling::Pass;
 
 /// Of a map: five numbers, twice while they are collected, and five pictures of them.
@@ -28,16 +28,15 @@ pub(crate) fn check_memory_of_maps(session: &Session) -> Result<(), Failure> {
     let job = session.job();
     let pixels = session.scene.sensor.desc().film.crop_size;
     let maps = StageMemory {
-        stage: "maps",
+        stage: Stage::Maps,
         bytes: u64::from(pixels.x) * u64::from(pixels.y) * BYTES_PER_PIXEL,
     };
     let limit = session.request.memory_limit;
-    let surroundings = Surroundings {
-        sums: 0,
+    let other = OtherMemory {
         beside: Some(maps),
-        at_end: None,
+        ..OtherMemory::default()
     };
-    (session.pool).install(|| check_memory(limit, &job, surroundings))
+    (session.pool).install(|| check_memory(limit, &job, other))
 }
 
 /// [`interim_maps`] after [`check_memory_of_maps`].

@@ -7,15 +7,15 @@ use crate::picture;
 use crate::report::resident_bytes;
 use crate::request::RenderRequest;
 use manylight::emitters::EmissionGuide;
-use manylight::integrators::{LightSets, StageMemory, estimated_memory};
+use manylight::integrators::{LightSets, Stage, StageMemory, estimated_memory};
 use manylight::render::RenderJob;
 use std::ops::Range;
 use std::path::PathBuf;
 use sysinfo::{CGroupLimits, System};
 
-/// Memory that a render takes beside the memory of its method.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Surroundings {
+/// Memory that a render takes beside that of its method.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct OtherMemory {
     /// Number of sums over passes that it holds at once; 0 without a film.
     pub(crate) sums: usize,
     /// What lasts as long as the render.
@@ -24,13 +24,12 @@ pub(crate) struct Surroundings {
     pub(crate) at_end: Option<StageMemory>,
 }
 
-impl Surroundings {
-    /// Those of the render of `blocks` of passes, with a sum for each.
+impl OtherMemory {
+    /// That of the render of `blocks` of passes, with a sum for each.
     pub(crate) fn of_part(blocks: &Range<u32>) -> Self {
-        Surroundings {
+        OtherMemory {
             sums: blocks.len(),
-            beside: None,
-            at_end: None,
+            ..OtherMemory::default()
         }
     }
 }
@@ -40,24 +39,30 @@ impl Surroundings {
 pub(crate) fn check_memory(
     limit: Option<u64>,
     job: &RenderJob,
-    surroundings: Surroundings,
+    other: OtherMemory,
 ) -> Result<(), Failure> {
     let scene = StageMemory {
-        stage: "scene",
+        stage: Stage::Scene,
         bytes: resident_bytes(),
     };
-    let available = match limit {
-        Some(_) => None,
-        None => available_bytes().map(|left| left.saturating_add(scene.bytes)),
-    };
-    let Some(most) = limit.or(available) else {
+    let available = || available_bytes().map(|left| left.saturating_add(scene.bytes));
+    let Some(most) = limit.or_else(available) else {
         return Ok(());
     };
-    let Surroundings {
+    let stages = stages_at_once(scene, job, other);
+    if sum(&stages) <= most {
+        return Ok(());
+    }
+    Err(refusal(limit, most, job, &stages))
+}
+
+/// The stages that are in memory together when it is largest: during the passes, or at the end.
+fn stages_at_once(scene: StageMemory, job: &RenderJob, other: OtherMemory) -> Vec<StageMemory> {
+    let OtherMemory {
         sums,
         beside,
         at_end,
-    } = surroundings;
+    } = other;
     let mut stages = vec![scene];
     let (unguided, passes) = (EmissionGuide::default(), job.budget.passes);
     let guide = job.guide.unwrap_or(&unguided);
@@ -67,8 +72,11 @@ pub(crate) fn check_memory(
         None => LightSets::One,
     };
     let method = (&job.method, sets);
-    let mut of_passes = estimated_memory(method, job.scene, guide, passes, sums, job.seed);
-    stages.extend(of_passes.drain(..1).filter(|_| sums > 0));
+    let (film, of_passes): (Vec<_>, Vec<_>) =
+        estimated_memory(method, job.scene, guide, passes, sums, job.seed)
+            .into_iter()
+            .partition(|memory| memory.stage == Stage::Film);
+    stages.extend(film.into_iter().filter(|_| sums > 0));
     stages.extend(beside);
     let at_end: Vec<StageMemory> = at_end.into_iter().chain(kept(&of_passes)).collect();
     stages.extend(if sum(&at_end) > sum(&of_passes) {
@@ -76,37 +84,38 @@ pub(crate) fn check_memory(
     } else {
         of_passes
     });
-    let total = sum(&stages);
-    if total <= most {
-        return Ok(());
-    }
-    let parts: Vec<String> = (stages.iter())
-        .map(|stage| {
-            let size = job.scene.sensor.desc().film.crop_size;
-            let pixels = match stage.stage {
-                "film" => format!(" of {} x {} pixels", size.x, size.y),
-                _ => String::new(),
-            };
-            format!("{}{pixels} {}", stage.stage, human_bytes(stage.bytes))
-        })
-        .collect();
+    stages
+}
+
+/// The message of a render that would take more than `most` bytes.
+fn refusal(limit: Option<u64>, most: u64, job: &RenderJob, stages: &[StageMemory]) -> Failure {
+    let size = job.scene.sensor.desc().film.crop_size;
+    let part = |memory: &StageMemory| {
+        let pixels = match memory.stage {
+            Stage::Film => format!(" of {} x {} pixels", size.x, size.y),
+            _ => String::new(),
+        };
+        let bytes = human_bytes(memory.bytes);
+        format!("{}{pixels} {bytes}", memory.stage.name())
+    };
+    let parts: Vec<String> = stages.iter().map(part).collect();
     let against = match limit {
         Some(limit) => format!("--memory-limit is {}", human_bytes(limit)),
         None => format!("{} are available", human_bytes(most)),
     };
-    let largest = stages.iter().max_by_key(|stage| stage.bytes);
-    let mut help = largest.map_or("", remedy).to_owned();
+    let largest = stages.iter().max_by_key(|memory| memory.bytes);
+    let mut help = largest.map_or("", |memory| remedy(memory.stage)).to_owned();
     if limit.is_none() {
         help += "; a larger --memory-limit overrides what is available";
     }
-    Err(Failure::usage(
+    Failure::usage(
         format!(
             "the render would take about {} ({}); {against}",
-            human_bytes(total),
+            human_bytes(sum(stages)),
             parts.join(", "),
         ),
         help,
-    ))
+    )
 }
 
 /// [`check_memory`] of the lights of all passes of `job`, before they are made.
@@ -115,18 +124,15 @@ pub(crate) fn check_memory_of_lights(limit: Option<u64>, job: &RenderJob) -> Res
         frame: Some(0),
         ..job.clone()
     };
-    let surroundings = Surroundings {
-        sums: 0,
-        beside: None,
-        at_end: None,
-    };
-    check_memory(limit, &job, surroundings)
+    check_memory(limit, &job, OtherMemory::default())
 }
 
 /// What the allocator keeps of the passes when they have ended: the lists of photons of tasks, one
 /// of two copies.
 fn kept(of_passes: &[StageMemory]) -> Option<StageMemory> {
-    let photons = of_passes.iter().find(|stage| stage.stage == "photons")?;
+    let photons = of_passes
+        .iter()
+        .find(|memory| memory.stage == Stage::Photons)?;
     Some(StageMemory {
         stage: photons.stage,
         bytes: photons.bytes / 2,
@@ -140,16 +146,16 @@ fn sum(stages: &[StageMemory]) -> u64 {
 }
 
 /// What makes a stage smaller.
-fn remedy(stage: &StageMemory) -> &'static str {
-    match stage.stage {
-        "film" | "maps" | "image" => {
+fn remedy(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Film | Stage::Maps | Stage::Image => {
             "reduce --size, which the scene file gives by default, or --aov"
         }
-        "denoiser" => "reduce --size, or omit --denoise",
-        "photons" | "importons" | "radiance cache" => "reduce --photons, or --lights",
-        "lights" => "reduce --lights or --table-size, or use --emission vmf",
-        "scene" => "simplify the scene: fewer triangles, smaller textures",
-        _ => "reduce --size",
+        Stage::Preview => "reduce --size",
+        Stage::Denoiser => "reduce --size, or omit --denoise",
+        Stage::Photons | Stage::Importons | Stage::RadianceCache => "reduce --photons, or --lights",
+        Stage::Lights => "reduce --lights or --table-size, or use --emission vmf",
+        Stage::Scene => "simplify the scene: fewer triangles, smaller textures",
     }
 }
 
@@ -179,7 +185,7 @@ pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMem
     let pixels = u64::from(size.x) * u64::from(size.y);
     if request.denoise.denoise.is_some() {
         return StageMemory {
-            stage: "denoiser",
+            stage: Stage::Denoiser,
             bytes: pixels.saturating_mul(DENOISER),
         };
     }
@@ -196,7 +202,7 @@ pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMem
     let channels = picture::channel_count(&job.method.layers(), &job.method.extra.id_layers());
     let values = pixels.saturating_mul((channels * size_of::<f32>()) as u64);
     StageMemory {
-        stage: "image",
+        stage: Stage::Image,
         bytes: (copies * values as f64) as u64,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::choice;
 use crate::failure::Failure;
-use crate::memory::{Surroundings, check_memory};
+use crate::memory::{OtherMemory, check_memory};
 use crate::output::print_message;
 use crate::session::Session;
 use manylight::image::Image;
@@ -27,14 +27,9 @@ pub(crate) fn choose(session: &Session, oidn: Option<&Oidn>) -> Result<(), Failu
     let (Some(lights), Some(guide)) = (method.lights(), session.guide()) else {
         return Ok(());
     };
-    let surroundings = Surroundings {
-        sums: 0,
-        beside: None,
-        at_end: None,
-    };
     let job = session.job();
     let limit = request.memory_limit;
-    (session.pool).install(|| check_memory(limit, &job, surroundings))?;
+    (session.pool).install(|| check_memory(limit, &job, OtherMemory::default()))?;
     let never = AtomicBool::new(false);
     let pre_pass = session.pool.install(|| {
         let pass = Pass {

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
+use crate::memory::{OtherMemory, check_memory, image_memory, sums_of_render};
 use crate::part::Resumed;
 use crate::pre_pass::choice_time;
 use crate::session::Session;
@@ -37,13 +37,13 @@ impl<'s> Prepared<'s> {
             lights,
             ..session.job()
         };
-        let surroundings = Surroundings {
+        let other = OtherMemory {
             sums: sums_of_render(&job),
             beside,
             at_end: Some(image_memory(&session.request, &job)),
         };
         let limit = session.request.memory_limit;
-        (session.pool).install(|| check_memory(limit, &job, surroundings))?;
+        (session.pool).install(|| check_memory(limit, &job, other))?;
         let identity = session
             .settings(&job)
             .identity(&session.digest, session.digest_of_lights());

@@ -3,7 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::session::Session;
 use manylight::film::{ErrorBars, Film};
-use manylight::render::{Observer, Stats, error_is_due};
+use manylight::render::{Budget, Observer, Stats, error_is_due};
 use manylight_denoise::Oidn;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -28,6 +28,10 @@ pub(crate) struct StatingError<'a> {
 }
 
 impl Observer for StatingError<'_> {
+    fn begins(&mut self, budget: &Budget) {
+        self.observer.begins(budget);
+    }
+
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         self.observer.pass_done(film, stats, elapsed)
     }

@@ -29,7 +29,7 @@ pub(crate) struct Passes {
     thread: Mutex<Option<JoinHandle<Result<(), Failure>>>>,
     label: Option<String>,
     /// Whether the words of the render name files that last.
-    repeatable: bool,
+    files_stay: bool,
 }
 
 /// An observer that hands over pictures.
@@ -48,14 +48,14 @@ impl Observer for Pictures<'_> {
     }
 }
 
-/// Starts to render a scene. `words` are options of `manylight render`; `repeatable` as for `render`.
+/// Starts to render a scene. `words` are options of `manylight render`; `files_stay` as for `render`.
 #[pyfunction]
-#[pyo3(signature = (scene, words, repeatable=true))]
+#[pyo3(signature = (scene, words, files_stay=true))]
 pub(crate) fn passes(
     py: Python<'_>,
     scene: &Scene,
     words: Vec<String>,
-    repeatable: bool,
+    files_stay: bool,
 ) -> PyResult<Passes> {
     let held = scene.held();
     let session = py
@@ -84,7 +84,7 @@ pub(crate) fn passes(
         interrupt,
         thread: Mutex::new(Some(thread)),
         label: scene.label().map(str::to_owned),
-        repeatable,
+        files_stay,
     })
 }
 
@@ -99,7 +99,7 @@ impl Passes {
             match next(py, &self.pictures) {
                 Ok(picture) => {
                     let image = Image::new(picture, false, self.label.as_deref());
-                    return Ok(Some(match self.repeatable {
+                    return Ok(Some(match self.files_stay {
                         true => image,
                         false => image.without_command(),
                     }));

@@ -10,16 +10,16 @@ use pyo3::prelude::*;
 use std::ffi::CString;
 
 /// Renders a scene. `words` are options of `manylight render`; `progress` is called with (passes,
-/// seconds) after each pass. The metadata has no command to repeat the render if `words` name files
-/// that do not last.
+/// total passes or None, seconds) after each pass. The metadata has no command to repeat the render
+/// if files that `words` name do not stay.
 #[pyfunction]
-#[pyo3(signature = (scene, words, progress=None, repeatable=true))]
+#[pyo3(signature = (scene, words, progress=None, files_stay=true))]
 pub(crate) fn render(
     py: Python<'_>,
     scene: &Scene,
     words: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
-    repeatable: bool,
+    files_stay: bool,
 ) -> PyResult<Image> {
     let (held, interrupt) = (scene.held(), Interrupt::default());
     let (rendered, _) = wait_for(py, &interrupt, progress.as_ref(), |observer| {
@@ -30,7 +30,7 @@ pub(crate) fn render(
         warn(py, &failure.to_string())?;
     }
     let image = Image::new(rendered.picture, rendered.interrupted, scene.label());
-    Ok(match repeatable {
+    Ok(match files_stay {
         true => image,
         false => image.without_command(),
     })

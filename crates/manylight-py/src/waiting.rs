@@ -2,7 +2,7 @@
 
 use crate::errors::internal;
 use manylight::film::Film;
-use manylight::render::{Observer, Stats};
+use manylight::render::{Budget, Observer, Stats};
 use manylight_cli::Interrupt;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -17,23 +17,37 @@ const TICK: Duration = Duration::from_millis(50);
 /// A complete pass.
 struct PassDone {
     passes: u32,
+    /// Passes of the render; `None` if another limit ends it.
+    total: Option<u32>,
     elapsed: Duration,
 }
 
 /// An observer that reports passes.
-pub(crate) struct Reporter(Sender<PassDone>);
+pub(crate) struct Reporter {
+    sender: Sender<PassDone>,
+    total: Option<u32>,
+}
 
 impl Observer for Reporter {
+    fn begins(&mut self, budget: &Budget) {
+        self.total = budget.passes;
+    }
+
     fn pass_done(&mut self, _: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         let passes = Stats::get(&stats.passes) as u32;
+        let done = PassDone {
+            passes,
+            total: self.total,
+            elapsed,
+        };
         // The receiver lives as long as the render.
-        let _ = self.0.send(PassDone { passes, elapsed });
+        let _ = self.sender.send(done);
         ControlFlow::Continue(())
     }
 }
 
 /// Runs `work` on another thread, without the lock of the interpreter. `progress` is called with
-/// (passes, seconds) after each pass. Ctrl-C stops the render, and `work` then returns what it has.
+/// (passes, total passes or None, seconds) after each pass. Ctrl-C stops the render, and `work` then returns what it has.
 /// The second value says whether this happened.
 ///
 /// # Errors
@@ -49,15 +63,16 @@ pub(crate) fn wait_for<T: Send>(
     let mut keyboard = false;
     let mut failure = None;
     let result = std::thread::scope(|scope| {
-        let worker = scope.spawn(move || work(&mut Reporter(sender)));
+        let total = None;
+        let worker = scope.spawn(move || work(&mut Reporter { sender, total }));
         loop {
             match next(py, &receiver) {
                 Ok(pass) => {
                     if failure.is_none()
                         && let Some(progress) = progress
                     {
-                        let called = progress.call1((pass.passes, pass.elapsed.as_secs_f64()));
-                        failure = called.err();
+                        let seconds = pass.elapsed.as_secs_f64();
+                        failure = progress.call1((pass.passes, pass.total, seconds)).err();
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}

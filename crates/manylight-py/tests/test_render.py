@@ -144,6 +144,12 @@ def test_progress_is_reported_and_can_end_the_render(room, small):
         ml.render(room, progress=stop, **small)
 
 
+def test_progress_has_the_passes_of_the_method_that_auto_chooses(room, small):
+    seen = []
+    image = ml.render(room, progress=lambda *report: seen.append(report), **{**small, "method": "auto"})
+    assert {total for _, total, _ in seen} == {image.passes}
+
+
 def test_a_bar_is_shown(room, small, capfd):
     ml.render(room, progress=True, **small)
     assert "2/2" in capfd.readouterr().err

@@ -4,7 +4,7 @@ use super::render::Picture;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::kept_lights::ShadingLights;
-use crate::memory::{Surroundings, check_memory};
+use crate::memory::{OtherMemory, check_memory};
 use crate::part::{blocks_of, merge_parts, write_share};
 use crate::pre_pass::choose;
 use crate::session::Session;
@@ -69,8 +69,8 @@ pub fn render_part(
     }
     let blocks = checked(blocks, &job)?;
     let limit = session.request.memory_limit;
-    let surroundings = Surroundings::of_part(&blocks);
-    (session.pool).install(|| check_memory(limit, &job, surroundings))?;
+    let other = OtherMemory::of_part(&blocks);
+    (session.pool).install(|| check_memory(limit, &job, other))?;
     let cancel = interrupt.cancel();
     let rendered = session
         .pool

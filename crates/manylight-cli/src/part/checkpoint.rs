@@ -9,7 +9,7 @@ use crate::request::RenderRequest;
 use crate::session::Session;
 use manylight::film::Film;
 use manylight::film::arrays::arrays_of_sums;
-use manylight::render::{Observer, Outcome, RenderJob, Stats, resume};
+use manylight::render::{Budget, Observer, Outcome, RenderJob, Stats, resume};
 use manylight_io::FileError;
 use manylight_io::part::{PartFile, PartHeader, write_part};
 use serde_json::{Map, Value, json};
@@ -55,6 +55,10 @@ impl Checkpoints<'_> {
 }
 
 impl Observer for Checkpoints<'_> {
+    fn begins(&mut self, budget: &Budget) {
+        self.observer.begins(budget);
+    }
+
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         let flow = self.observer.pass_done(film, stats, elapsed);
         if self.last.elapsed() >= self.interval {

@@ -40,7 +40,7 @@ def camera_matrices(cameras: Cameras) -> np.ndarray:
 
 @contextlib.contextmanager
 def frame_words(cameras: Cameras | None, frame: int | None) -> Iterator[tuple[list[str], bool]]:
-    """The words of a frame, and whether they name a file that lasts, not one that ends with this context. Raises UsageError."""
+    """The words of a frame, and whether the files that they name stay when this context ends. Raises UsageError."""
     if cameras is not None and frame is None:
         raise UsageError("cameras: found no frame", suggestion="give frame, or render all by `manylight.frames`")
     with _camera_file(cameras) as path:

@@ -57,11 +57,11 @@ def frames(
     with tempfile.TemporaryDirectory(prefix="manylight-") as folder:
         named = options.pop("lights_out", None)
         lights = named or (os.path.join(folder, "walk.lights") if keeps else None)
-        lasts = lights == named
+        files_stay = lights == named
         settings = {"method": method, **options}
         kept = {"lights_out": lights}
         for number in numbers:
-            image = rendered(scene, {**settings, **kept}, cameras, number, progress, lasts)
+            image = rendered(scene, {**settings, **kept}, cameras, number, progress, files_stay)
             yield image
             if image.interrupted:
                 return

@@ -76,12 +76,12 @@ def rendered(
     cameras: Cameras | None,
     frame: int | None,
     progress: bool | Progress,
-    lasts: bool = True,
+    files_stay: bool = True,
 ) -> Image:
-    """`render`, with its further keywords as ``settings``. ``lasts``: whether the files that these name last."""
+    """`render`, with its further keywords as ``settings``. ``files_stay``: whether the files that these name stay."""
     command = render_words(settings)
-    with frame_words(cameras, frame) as (of_frame, has_file), _shown(progress, _native.pass_limit(command)) as report:
-        image = _native.render(scene._native, command + of_frame, report, repeatable=lasts and has_file)
+    with frame_words(cameras, frame) as (of_frame, camera_stays), _shown(progress) as report:
+        image = _native.render(scene._native, command + of_frame, report, files_stay=files_stay and camera_stays)
     if image.interrupted:
         warnings.warn(f"interrupted: the image has {image.passes} passes", RuntimeWarning, stacklevel=3)
     return image
@@ -121,7 +121,7 @@ def render_part(
     is_open = blocks is not None and passes is None
     command = render_words({"method": method, "passes": passes, **options})
     span = None if blocks is None else (blocks.start, blocks.stop)
-    with _shown(progress, None) as report:
+    with _shown(progress) as report:
         native = as_scene(scene)._native
         _native.render_part(native, command, os.fspath(path), share=shard, blocks=span, open=is_open, progress=report)
 
@@ -210,15 +210,20 @@ def as_scene(scene: Scene | str | os.PathLike[str]) -> Scene:
 
 
 @contextlib.contextmanager
-def _shown(progress: bool | Progress, total: int | None) -> Iterator[Callable[[int, float], object] | None]:
-    """The function to be called with (passes, seconds) after each pass."""
+def _shown(progress: bool | Progress) -> Iterator[Progress | None]:
+    """The function to be called after each pass."""
     if not isinstance(progress, bool):
-        yield lambda passes, seconds: progress(passes, total, seconds)
+        yield progress
     elif progress:
         # Inside of notebooks, this import looks for widgets, and warns if there are none.
         from tqdm.auto import tqdm
 
-        with tqdm(total=total, unit="pass") as bar:
-            yield lambda passes, seconds: bar.update(passes - bar.n)
+        with tqdm(unit="pass") as bar:
+
+            def show(passes: int, total: int | None, _seconds: float) -> None:
+                bar.total = total
+                bar.update(passes - bar.n)
+
+            yield show
     else:
         yield None

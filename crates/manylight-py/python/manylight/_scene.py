@@ -77,8 +77,8 @@ class Scene:
                 if image.relative_error < 0.02:
                     break
         """
-        with frame_words(cameras, frame) as (of_frame, lasts):
-            return _native.passes(self._native, render_words({"method": method, **options}) + of_frame, repeatable=lasts)
+        with frame_words(cameras, frame) as (of_frame, files_stay):
+            return _native.passes(self._native, render_words({"method": method, **options}) + of_frame, files_stay=files_stay)
 
     def __reduce__(self) -> tuple:
         return _load_again, self._source

@@ -218,7 +218,7 @@ impl AddCut<'_> {
             if facing == 0 {
                 continue;
             }
-            let all = node.reflected_bounds(s, &batch.p, &batch.receivers, facing);
+            let all = node.reflected_bounds(s, &batch.p, &batch.bsdfs, facing);
             for i in lanes_of(facing) {
                 bounds.most[i] = all.most[i];
                 bounds.likely[i] = all.likely[i];

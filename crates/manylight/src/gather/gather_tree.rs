@@ -18,9 +18,9 @@ use crate::virtual_lights::VirtualLights;
 /// 3 seeds; Kitchen): relMSE +0.6 and +1.1 % (standard error 1 %).
 const NORMAL_SCALE: f32 = 0.25;
 
-/// A gather point: a sensor that receives light from virtual lights.
+/// A gather point of the tree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sensor<'b, 's> {
+pub(super) struct WeightedPoint<'b, 's> {
     /// Index in the list that the tree was made of.
     pub(super) index: usize,
     pub(super) at: &'b ShadingPoint<'s>,
@@ -41,13 +41,13 @@ pub(super) struct Sensor<'b, 's> {
     place: [f32; 6],
 }
 
-impl<'b, 's> Sensor<'b, 's> {
+impl<'b, 's> WeightedPoint<'b, 's> {
     fn new(index: usize, (at, throughput): (&'b ShadingPoint<'s>, Rgb)) -> Self {
         let ShadingPoint { bsdf, wo, .. } = at;
         let receiving = bsdf.receiving_normal(*wo);
         let fixed = FixedWo::new(bsdf, *wo, Lobes::NON_SPECULAR);
         let is_lambert = LaneModel::of(bsdf) == LaneModel::Lambert;
-        Sensor {
+        WeightedPoint {
             index,
             at,
             bsdf: fixed,
@@ -76,7 +76,7 @@ impl<'b, 's> Sensor<'b, 's> {
     }
 }
 
-impl Receivers<One> for Sensor<'_, '_> {
+impl Receivers<One> for WeightedPoint<'_, '_> {
     #[inline(always)]
     fn towards(&self, p: Vec3) -> Vector<One> {
         (p - self.at.x.p).into()
@@ -144,7 +144,7 @@ pub(super) struct GatherNode {
 #[derive(Clone, Debug)]
 pub(super) struct GatherTree<'b, 's> {
     /// In the order of the leaves.
-    pub(super) sensors: Vec<Sensor<'b, 's>>,
+    pub(super) points: Vec<WeightedPoint<'b, 's>>,
     /// In depth-first order.
     pub(super) nodes: Vec<GatherNode>,
 }
@@ -154,21 +154,20 @@ impl<'b, 's> GatherTree<'b, 's> {
     pub(super) fn new(points: &[(&'b ShadingPoint<'s>, Rgb)]) -> Self {
         let lit = |(_, (_, throughput)): &(usize, &(_, Rgb))| throughput.luminance() > 0.0;
         let points = points.iter().enumerate().filter(lit);
-        let mut sensors: Vec<Sensor> = points.map(|(i, &point)| Sensor::new(i, point)).collect();
-        let bounds = Aabb::from_points(sensors.iter().map(|sensor| sensor.at.x.p));
+        let mut points: Vec<WeightedPoint> = points
+            .map(|(i, &point)| WeightedPoint::new(i, point))
+            .collect();
+        let bounds = Aabb::from_points(points.iter().map(|point| point.at.x.p));
         let scale = NORMAL_SCALE * bounds.diagonal();
-        for sensor in &mut sensors {
-            let (p, n) = (
-                sensor.at.x.p,
-                sensor.receiving.unwrap_or(Vec3::ZERO) * scale,
-            );
-            sensor.place = [p.x, p.y, p.z, n.x, n.y, n.z];
+        for point in &mut points {
+            let (p, n) = (point.at.x.p, point.receiving.unwrap_or(Vec3::ZERO) * scale);
+            point.place = [p.x, p.y, p.z, n.x, n.y, n.z];
         }
-        let mut nodes = Vec::with_capacity(2 * sensors.len());
-        if !sensors.is_empty() {
-            build(&mut sensors, 0, &mut nodes);
+        let mut nodes = Vec::with_capacity(2 * points.len());
+        if !points.is_empty() {
+            build(&mut points, 0, &mut nodes);
         }
-        GatherTree { sensors, nodes }
+        GatherTree { points, nodes }
     }
 
     /// Indices of the children of `node`; `None` for a leaf.
@@ -183,12 +182,12 @@ impl<'b, 's> GatherTree<'b, 's> {
         } = self.nodes[node];
         let mut left = u * weight;
         for k in first..end - 1 {
-            left -= self.sensors[k].weight;
+            left -= self.points[k].weight;
             if left < 0.0 {
-                return (k, self.sensors[k].weight / weight);
+                return (k, self.points[k].weight / weight);
             }
         }
-        (end - 1, self.sensors[end - 1].weight / weight)
+        (end - 1, self.points[end - 1].weight / weight)
     }
 
     /// Upper bound of `Σ T f cosθ` over the points of `node`, in 1/sr. The directions may differ
@@ -201,35 +200,35 @@ impl<'b, 's> GatherTree<'b, 's> {
             sum += node.diffuse * most.max(0.0);
         }
         if node.has_others {
-            let others = self.sensors[node.first..node.end].iter();
-            let others = others.filter(|sensor| sensor.lambert.is_none());
-            sum += others.map(|sensor| sensor.bound(axis, spread)).sum::<f32>();
+            let others = self.points[node.first..node.end].iter();
+            let others = others.filter(|point| point.lambert.is_none());
+            sum += others.map(|point| point.bound(axis, spread)).sum::<f32>();
         }
         sum
     }
 }
 
-/// Builds the tree over `sensors`, the first of which has the index `first`, behind `nodes`.
-fn build(sensors: &mut [Sensor], first: usize, nodes: &mut Vec<GatherNode>) {
-    let normals = sensors.iter().map(|sensor| sensor.receiving);
+/// Builds the tree over `points`, the first of which has the index `first`, behind `nodes`.
+fn build(points: &mut [WeightedPoint], first: usize, nodes: &mut Vec<GatherNode>) {
+    let normals = points.iter().map(|point| point.receiving);
     let normals = normals.map(|n| n.map_or(Cone::FULL, Cone::from_axis));
     let normals = normals.fold(Cone::EMPTY, Cone::union);
-    let diffuse = |sensor: &Sensor| sensor.importance * sensor.lambert.unwrap_or(0.0);
+    let diffuse = |point: &WeightedPoint| point.importance * point.lambert.unwrap_or(0.0);
     let node = nodes.len();
     nodes.push(GatherNode {
-        bounds: Aabb::from_points(sensors.iter().map(|sensor| sensor.at.x.p)),
+        bounds: Aabb::from_points(points.iter().map(|point| point.at.x.p)),
         normals,
         spread: Spread::new(normals.half_angle),
-        diffuse: sensors.iter().map(diffuse).sum(),
-        has_others: sensors.iter().any(|sensor| sensor.lambert.is_none()),
-        weight: sensors.iter().map(|sensor| sensor.weight).sum(),
+        diffuse: points.iter().map(diffuse).sum(),
+        has_others: points.iter().any(|point| point.lambert.is_none()),
+        weight: points.iter().map(|point| point.weight).sum(),
         first,
-        end: first + sensors.len(),
+        end: first + points.len(),
         second: None,
     });
-    if sensors.len() > 1 {
-        let half = split(sensors);
-        let (left, right) = sensors.split_at_mut(half);
+    if points.len() > 1 {
+        let half = split(points);
+        let (left, right) = points.split_at_mut(half);
         build(left, first, nodes);
         nodes[node].second = Some(nodes.len());
         build(right, first + half, nodes);
@@ -238,9 +237,9 @@ fn build(sensors: &mut [Sensor], first: usize, nodes: &mut Vec<GatherNode>) {
 
 /// Partitions the points at the middle of the longest axis, in position or normal; returns the size
 /// of the first set.
-fn split(sensors: &mut [Sensor]) -> usize {
+fn split(points: &mut [WeightedPoint]) -> usize {
     let range = |axis: usize| {
-        let at = sensors.iter().map(|sensor| sensor.place[axis]);
+        let at = points.iter().map(|point| point.place[axis]);
         at.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| {
             (low.min(x), high.max(x))
         })
@@ -250,13 +249,13 @@ fn split(sensors: &mut [Sensor]) -> usize {
     let axis = (0..6).max_by(|&a, &b| size(a).total_cmp(&size(b)));
     let axis = axis.unwrap_or(0);
     let middle = 0.5 * (ranges[axis].0 + ranges[axis].1);
-    sensors.sort_unstable_by(|a, b| {
+    points.sort_unstable_by(|a, b| {
         (a.place[axis].total_cmp(&b.place[axis])).then(a.index.cmp(&b.index))
     });
-    let below = sensors.partition_point(|sensor| sensor.place[axis] < middle);
-    if (1..sensors.len()).contains(&below) {
+    let below = points.partition_point(|point| point.place[axis] < middle);
+    if (1..points.len()).contains(&below) {
         below
     } else {
-        sensors.len() / 2
+        points.len() / 2
     }
 }

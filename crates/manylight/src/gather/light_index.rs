@@ -4,7 +4,8 @@ use super::points::LightCylinder;
 use super::subset::Subset;
 use crate::ids::{LightGroup, LightId};
 use crate::light_tree::LightTree;
-use crate::virtual_lights::{SurfaceLocation, VirtualLights};
+use crate::math::Vec3;
+use crate::virtual_lights::VirtualLights;
 
 /// The virtual lights with what the sums over them need.
 #[derive(Debug)]
@@ -100,12 +101,12 @@ impl<'s> LightIndex<'s> {
         index
     }
 
-    /// The representation of light from `y`, where photons are assigned to `light`.
-    pub fn assignment(&self, light: Option<LightId>, y: &SurfaceLocation) -> Assignment {
+    /// The representation of light from the position `y`, where photons are assigned to `light`.
+    pub fn assignment(&self, light: Option<LightId>, y: Vec3) -> Assignment {
         match light {
             Some(id) => Assignment::Light(id),
             None => Assignment::Unassigned {
-                area: self.set.unassigned_area(y.p),
+                area: self.set.unassigned_area(y),
             },
         }
     }

@@ -107,8 +107,8 @@ impl Gather {
         points: &[(&ShadingPoint, Rgb)],
         by_group: &mut Vec<Rgb>,
     ) -> Vec<Gathered> {
-        let sensors = GatherTree::new(points);
-        let context = PairContext::new(self, scene, lights, &sensors);
+        let gather_tree = GatherTree::new(points);
+        let context = PairContext::new(self, scene, lights, &gather_tree);
         product_cut::sums(context, limits, tolerance, points, by_group)
     }
 

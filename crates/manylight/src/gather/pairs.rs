@@ -2,7 +2,7 @@
 //! single connections.
 
 use super::clamping::ClampReceiver;
-use super::gather_tree::{GatherNode, GatherTree, Sensor};
+use super::gather_tree::{GatherNode, GatherTree, WeightedPoint};
 use super::light_points::{LightPoint, light_part, part_count};
 use super::points::rounding_at;
 use super::receivers::ConnectedLight;
@@ -45,7 +45,7 @@ pub(super) struct PairContext<'a, 'b, 's> {
     pub(super) scene: &'a Scene,
     pub(super) lights: &'a LightIndex<'s>,
     pub(super) tree: &'a LightTree,
-    pub(super) sensors: &'a GatherTree<'b, 's>,
+    pub(super) gather_tree: &'a GatherTree<'b, 's>,
 }
 
 /// The parts of a light that are connected with a point, where it is more than one part.
@@ -58,12 +58,12 @@ pub(super) enum Parts {
 }
 
 impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
-    /// The connections of `sensors` with lights that have a tree.
+    /// The connections of `gather_tree` with lights that have a tree.
     pub(super) fn new(
         gather: &'a Gather,
         scene: &'a Scene,
         lights: &'a LightIndex<'s>,
-        sensors: &'a GatherTree<'b, 's>,
+        gather_tree: &'a GatherTree<'b, 's>,
     ) -> Self {
         let tree = lights.tree.as_ref();
         PairContext {
@@ -71,7 +71,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
             scene,
             lights,
             tree: tree.expect("invariant: lights have a tree where cuts are asked for"),
-            sensors,
+            gather_tree,
         }
     }
 
@@ -81,7 +81,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
     /// The product of the maxima of `Σ T f cosθ` and `Σ I` over the directions between the boxes,
     /// with `V = 1`, clamping weights of 1, and the distance between the boxes.
     pub(super) fn bound(&self, gather: usize, light: usize) -> PairBound {
-        let (x, y) = (&self.sensors.nodes[gather], &self.tree.nodes()[light]);
+        let (x, y) = (&self.gather_tree.nodes[gather], &self.tree.nodes()[light]);
         if !is_facing(&x.bounds, &x.normals, &y.bounds)
             || !is_facing(&y.bounds, &y.normals, &x.bounds)
         {
@@ -93,7 +93,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         if intensity == 0.0 {
             return PairBound::default();
         }
-        let product = intensity * self.sensors.reflectance_bound(x, axis, spread);
+        let product = intensity * self.gather_tree.reflectance_bound(x, axis, spread);
         if product == 0.0 {
             return PairBound::default();
         }
@@ -106,12 +106,12 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
 
     /// The gather node `gather` as a receiver for which lights are drawn.
     pub(super) fn receiver(&self, gather: usize) -> Receiver<impl Fn(&LightNode) -> f32> {
-        let x = &self.sensors.nodes[gather];
+        let x = &self.gather_tree.nodes[gather];
         Receiver {
             p: x.bounds.center(),
             reflectance: move |light: &LightNode| {
                 let (axis, spread) = directions(x, light);
-                self.sensors.reflectance_bound(x, axis, spread)
+                self.gather_tree.reflectance_bound(x, axis, spread)
             },
         }
     }
@@ -119,7 +119,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
     /// The connection of a gather point with light `id`.
     pub(super) fn value(
         &self,
-        sensor: &Sensor,
+        point: &WeightedPoint,
         id: LightId,
         parts: Parts,
         cost: &mut Gathered,
@@ -135,8 +135,8 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
             lobe: None,
         };
         let mut value = ConnectionValue::default();
-        let mut add = |part: LightPoint| self.add_part(sensor, &connected, part, &mut value, cost);
-        let count = part_count(self.gather, &ClampReceiver::from(sensor.at), light);
+        let mut add = |part: LightPoint| self.add_part(point, &connected, part, &mut value, cost);
+        let count = part_count(self.gather, &ClampReceiver::from(point.at), light);
         let part = |k: usize| light_part(self.gather, light, k, count);
         match parts {
             Parts::All => (0..count).for_each(|k| add(part(k))),
@@ -151,22 +151,22 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
     /// Adds the connection with one part of a light.
     fn add_part(
         &self,
-        sensor: &Sensor,
+        point: &WeightedPoint,
         light: &ConnectedLight<SingleEmission>,
         part: LightPoint,
         value: &mut ConnectionValue,
         cost: &mut Gathered,
     ) {
         cost.connections += 1;
-        let x = &sensor.at.x;
+        let x = &point.at.x;
         let rounding = rounding_at(x.p) + rounding_at(part.p);
         let VirtualLight { n, offset, .. } = *light.light;
         let is_behind = light.light.one_sided && (x.p - part.p).dot(n) <= rounding;
-        if is_behind || !sensor.receives(part.p, rounding) {
+        if is_behind || !point.receives(part.p, rounding) {
             return;
         }
         let everywhere = Mask::splat(One, true);
-        let connection = self.gather.connect(sensor, light, &part, everywhere);
+        let connection = self.gather.connect(point, light, &part, everywhere);
         if connection.lit.none() {
             return;
         }

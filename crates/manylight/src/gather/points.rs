@@ -71,7 +71,7 @@ pub(super) struct Batch<'b, 's> {
     /// Random numbers of the points.
     pub u: Lanes,
     /// Scattering functions.
-    pub receivers: FixedWoLanes<'b, 's>,
+    pub bsdfs: FixedWoLanes<'b, 's>,
     /// Mirror directions of the viewers.
     pub mirrored: Lanes3,
     /// Least roughness of the glossy lobes, 1 without any.
@@ -133,7 +133,7 @@ impl<'b, 's> Batch<'b, 's> {
             rounding: std::array::from_fn(|i| rounding_at(at(i).x.p)),
             tolerance: std::array::from_fn(|i| at(i).tolerance),
             u: std::array::from_fn(|i| at(i).u),
-            receivers: FixedWoLanes::new(
+            bsdfs: FixedWoLanes::new(
                 model,
                 Lobes::NON_SPECULAR,
                 members.iter().map(|&m| (&point(m).bsdf, point(m).wo)),

@@ -22,8 +22,8 @@ struct Pair {
     gather: usize,
     light: usize,
     /// The representative point, drawn by throughput, and its probability.
-    sensor: usize,
-    sensor_probability: f32,
+    point: usize,
+    point_probability: f32,
     /// The representative light, drawn for the whole gather node, independently of the point.
     drawn: DrawnLight,
     /// The representative connection.
@@ -35,7 +35,7 @@ struct Pair {
 impl Pair {
     /// Inverse of the probability of the representative connection.
     fn inverse_probability(&self) -> f32 {
-        (self.sensor_probability * self.drawn.probability).recip()
+        (self.point_probability * self.drawn.probability).recip()
     }
 }
 
@@ -92,7 +92,7 @@ pub(super) fn sums(
     let first_of_pixel = by_group.len();
     let groups = context.lights.groups;
     by_group.resize(first_of_pixel + points.len() * groups, Rgb::BLACK);
-    if context.sensors.sensors.is_empty() || context.tree.roots().is_empty() {
+    if context.gather_tree.points.is_empty() || context.tree.roots().is_empty() {
         return sums;
     }
     let (first, _) = points[0];
@@ -136,12 +136,14 @@ impl ProductCut<'_, '_, '_> {
     /// Replaces a pair by the pairs with the children of one of its nodes: the one with the larger
     /// box.
     fn split(&mut self, pair: &Pair) {
-        let PairContext { tree, sensors, .. } = self.context;
+        let PairContext {
+            tree, gather_tree, ..
+        } = self.context;
         let size = [
-            sensors.nodes[pair.gather].bounds.diagonal(),
+            gather_tree.nodes[pair.gather].bounds.diagonal(),
             tree.nodes()[pair.light].bounds.diagonal(),
         ];
-        match (sensors.children(pair.gather), tree.children(pair.light)) {
+        match (gather_tree.children(pair.gather), tree.children(pair.light)) {
             (Some(children), None) => self.split_gather(pair, children),
             (None, Some(children)) => self.split_light(pair, children),
             (Some(children), Some(_)) if size[0] > size[1] => self.split_gather(pair, children),
@@ -172,8 +174,10 @@ impl ProductCut<'_, '_, '_> {
     /// Puts a pair into the cut, unless no light can arrive. Its representative is `inherited`, or
     /// drawn.
     fn put(&mut self, gather: usize, light: usize, inherited: Option<Pair>) {
-        let PairContext { tree, sensors, .. } = self.context;
-        let is_single = sensors.children(gather).is_none() && tree.children(light).is_none();
+        let PairContext {
+            tree, gather_tree, ..
+        } = self.context;
+        let is_single = gather_tree.children(gather).is_none() && tree.children(light).is_none();
         let bound = if is_single {
             PairBound::default()
         } else {
@@ -210,7 +214,7 @@ impl ProductCut<'_, '_, '_> {
 
     /// Estimate of the light of a pair: luminance in W/(m² sr).
     fn luminance(&self, pair: &Pair) -> f64 {
-        let weight = self.context.sensors.sensors[pair.sensor].throughput;
+        let weight = self.context.gather_tree.points[pair.point].throughput;
         let light = (weight * pair.value.radiance).luminance();
         f64::from(light) * f64::from(pair.inverse_probability())
     }
@@ -220,11 +224,11 @@ impl ProductCut<'_, '_, '_> {
         let PairContext {
             gather,
             lights,
-            sensors,
+            gather_tree,
             ..
         } = self.context;
         let light = &lights.set.lights()[pair.drawn.id.index()];
-        part_count(gather, &sensors.sensors[pair.sensor].at.into(), light) > 1
+        part_count(gather, &gather_tree.points[pair.point].at.into(), light) > 1
     }
 
     /// The pair with the value of its representative: of a cluster, one part of the light
@@ -235,8 +239,8 @@ impl ProductCut<'_, '_, '_> {
         } else {
             Parts::One(self.rng.next_f32())
         };
-        let sensor = &self.context.sensors.sensors[pair.sensor];
-        let value = (self.context).value(sensor, pair.drawn.id, parts, &mut self.cost);
+        let point = &self.context.gather_tree.points[pair.point];
+        let value = (self.context).value(point, pair.drawn.id, parts, &mut self.cost);
         Pair { value, ..pair }
     }
 
@@ -245,7 +249,7 @@ impl ProductCut<'_, '_, '_> {
         let lights = self.context.lights;
         let mut largest = 0.0f32;
         for pair in self.pairs.iter().flatten() {
-            let index = self.context.sensors.sensors[pair.sensor].index;
+            let index = self.context.gather_tree.points[pair.point].index;
             let sum = &mut sums[index];
             let weight = pair.inverse_probability();
             sum.radiance += pair.value.radiance * weight;
@@ -270,19 +274,19 @@ impl ProductCut<'_, '_, '_> {
     fn drawn(&mut self, gather: usize, light: usize, bound: PairBound) -> Pair {
         let PairContext {
             tree,
-            sensors,
+            gather_tree,
             lights,
             ..
         } = self.context;
-        let (sensor, sensor_probability) = sensors.draw(gather, self.rng.next_f32());
+        let (point, point_probability) = gather_tree.draw(gather, self.rng.next_f32());
         let context = self.context;
         let receiver = context.receiver(gather);
         let drawn = tree.draw(&lights.set, light, &receiver, &mut self.rng);
         Pair {
             gather,
             light,
-            sensor,
-            sensor_probability,
+            point,
+            point_probability,
             drawn,
             value: ConnectionValue::default(),
             bound,

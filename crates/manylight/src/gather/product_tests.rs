@@ -81,9 +81,9 @@ fn no_pair_of_clusters_sends_more_than_its_bound() {
         for kernel in [Kernel::Point, Kernel::Disc] {
             let gather = gather(kernel, Clamp::None);
             for pixel in pixels(&scene, 7) {
-                let sensors = GatherTree::new(&weighted(&pixel));
-                let context = PairContext::new(&gather, &scene, &lights, &sensors);
-                let receivers = (rng.next_f32() * sensors.nodes.len() as f32) as usize;
+                let gather_tree = GatherTree::new(&weighted(&pixel));
+                let context = PairContext::new(&gather, &scene, &lights, &gather_tree);
+                let receivers = (rng.next_f32() * gather_tree.nodes.len() as f32) as usize;
                 // Nodes of all depths.
                 let mut node = 0;
                 while let Some(children) = tree.children(node) {
@@ -93,17 +93,17 @@ fn no_pair_of_clusters_sends_more_than_its_bound() {
                     node = children[usize::from(rng.next_f32() < 0.5)];
                 }
                 let bound = context.bound(receivers, node).bound;
-                let range = &sensors.nodes[receivers];
+                let range = &gather_tree.nodes[receivers];
                 let mut sum = 0.0;
                 let mut cost = Gathered::default();
-                for sensor in &sensors.sensors[range.first..range.end] {
+                for point in &gather_tree.points[range.first..range.end] {
                     for id in below(&context, node) {
-                        let value = context.value(sensor, id, Parts::All, &mut cost);
-                        sum += (sensor.throughput * value.radiance).luminance();
+                        let value = context.value(point, id, Parts::All, &mut cost);
+                        sum += (point.throughput * value.radiance).luminance();
                     }
                 }
                 assert!(sum <= bound * 1.0001 + 1e-9, "{sum} beyond {bound}");
-                inner += usize::from(sensors.children(receivers).is_some());
+                inner += usize::from(gather_tree.children(receivers).is_some());
                 lit += usize::from(sum > 0.0 && bound.is_finite());
             }
         }
@@ -247,10 +247,10 @@ fn the_weights_of_all_techniques_sum_to_one() {
             for _ in 0..40 {
                 let id = LightId((rng.next_f32() * all.len() as f32) as u32);
                 let light = &all[id.index()];
-                let sensors = GatherTree::new(&[(&at, Rgb::WHITE)]);
-                let context = PairContext::new(&gather, &scene, &lights, &sensors);
+                let gather_tree = GatherTree::new(&[(&at, Rgb::WHITE)]);
+                let context = PairContext::new(&gather, &scene, &lights, &gather_tree);
                 let mut cost = Gathered::default();
-                let value = context.value(&sensors.sensors[0], id, Parts::All, &mut cost);
+                let value = context.value(&gather_tree.points[0], id, Parts::All, &mut cost);
                 if value.unclamped <= 1e-9 {
                     continue;
                 }

@@ -75,7 +75,7 @@ impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
 
     #[inline(always)]
     fn f_cos_wi(&self, wi: Vector<S>, active: Mask<S>) -> Color<S> {
-        self.batch.receivers.f_cos_wi(wi, active)
+        self.batch.bsdfs.f_cos_wi(wi, active)
     }
 
     #[inline(always)]

@@ -126,7 +126,7 @@ impl<S: Sixteen> PointLobe<S> {
                 frame.to_world(warp::henyey_greenstein(Vec2::new(turn, u), g[i]))
             });
             lobe.directions[k] = direction;
-            lobe.f_cos[k] = batch.receivers.f_cos_wi(direction, Mask::splat(s, true));
+            lobe.f_cos[k] = batch.bsdfs.f_cos_wi(direction, Mask::splat(s, true));
         }
         lobe
     }

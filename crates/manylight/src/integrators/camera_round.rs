@@ -235,7 +235,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
             }),
             firsts: lanes_where(active, |i| self.is_first(packet[i])),
             ends: lanes_where(active, |i| {
-                !self.limits.allow(walks.segments[packet[i] as usize] + 2)
+                !self.limits.allow(walks.state(packet[i]).segments + 2)
             }),
         }
     }
@@ -273,7 +273,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
 
     #[inline(always)]
     fn is_first(&self, i: u32) -> bool {
-        self.walks.event(i) == Lobes::NONE && self.walks.payload[i as usize].first().is_some()
+        self.walks.event(i) == Lobes::NONE && self.walks.state(i).payload.first().is_some()
     }
 
     /// Calls `visit` with each path that leaves the scene, and what it sees of the environment.
@@ -300,14 +300,14 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
                         surface: None,
                         w: walks.rays[i as usize].d,
                     };
-                    visit(&walks.payload[i as usize], seen, out);
+                    visit(&walks.state(i).payload, seen, out);
                 }
             },
         );
         for &i in escaped {
             if self.is_first(i) {
                 let event = FirstEvent::escape(self.scene, self.limits);
-                self.add_first_event(&walks.payload[i as usize], event, out);
+                self.add_first_event(&walks.state(i).payload, event, out);
             }
         }
     }
@@ -340,7 +340,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
                 surface: hit.map(|hit| hit.at.primitive),
                 w: walks.rays[walk as usize].d,
             };
-            visit(&walks.payload[walk as usize], seen);
+            visit(&walks.state(walk).payload, seen);
         }
     }
 

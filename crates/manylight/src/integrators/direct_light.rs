@@ -38,7 +38,7 @@ impl DirectLight {
         let step = importons.len().div_ceil(SAMPLED_IMPORTONS).max(1);
         let pass = Pass { seed, index: 0 };
         for (k, importon) in importons.iter().enumerate().step_by(step) {
-            let numbers = pass.sampler(Stream::Selection, k as u64);
+            let numbers = pass.sampler(Stream::DirectLight, k as u64);
             if let Some((cell, irradiance)) = sampled(scene, cells, importon, numbers) {
                 let value = f64::from(irradiance * importon.importance) * step as f64;
                 *cell.map_or(&mut light.rest, |cell| &mut light.of_cells[cell]) += value;

@@ -1,6 +1,6 @@
 //! Memory that a render takes, estimated before it is taken.
 
-use super::many_light::{Compensation, ManyLight, RadianceCache, Strategy};
+use super::many_light::{Compensation, ManyLight, RadianceCache, Strategy, with_most_photons};
 use super::method::{Method, MethodKind};
 use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
@@ -14,11 +14,54 @@ use crate::scene::{PathLimits, Scene};
 use crate::virtual_lights::VirtualLights;
 use rayon::prelude::*;
 
-/// Most memory of one stage, beside the scene.
+/// What a render needs memory for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The scene, and all that the process has before the render.
+    Scene,
+    /// Sums over passes.
+    Film,
+    /// Photons.
+    Photons,
+    /// Importons.
+    Importons,
+    /// The radiance cache.
+    RadianceCache,
+    /// Virtual lights, with their trees.
+    Lights,
+    /// Maps of importance and flux.
+    Maps,
+    /// The picture while it is written.
+    Image,
+    /// Pictures of a preview.
+    Preview,
+    /// The denoiser.
+    Denoiser,
+}
+
+impl Stage {
+    /// A word for messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Scene => "scene",
+            Stage::Film => "film",
+            Stage::Photons => "photons",
+            Stage::Importons => "importons",
+            Stage::RadianceCache => "radiance cache",
+            Stage::Lights => "lights",
+            Stage::Maps => "maps",
+            Stage::Image => "image",
+            Stage::Preview => "preview",
+            Stage::Denoiser => "denoiser",
+        }
+    }
+}
+
+/// Most memory of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StageMemory {
-    /// Name of the stage.
-    pub stage: &'static str,
+    /// The stage.
+    pub stage: Stage,
     /// Bytes, as an estimate.
     pub bytes: u64,
 }
@@ -63,7 +106,7 @@ pub fn estimated_memory(
         film = film.saturating_add(Mixed::bytes_for(size, &layers));
     }
     let mut stages = vec![StageMemory {
-        stage: "film",
+        stage: Stage::Film,
         bytes: film,
     }];
     let probes = Probes { scene, guide, seed };
@@ -100,6 +143,7 @@ fn of_many_light(
     last: u32,
 ) -> [StageMemory; 4] {
     let scene = probes.scene;
+    let method = &with_most_photons(method, scene);
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * f64::from(group.subsets);
@@ -133,9 +177,9 @@ fn of_many_light(
     };
     [
         photon_memory(&probes, f64::from(group.photon_paths)),
-        stage("importons", importons * COPIES),
-        stage("radiance cache", cache),
-        stage("lights", shaded * (light + unshaded * unshaded_light)),
+        stage(Stage::Importons, importons * COPIES),
+        stage(Stage::RadianceCache, cache),
+        stage(Stage::Lights, shaded * (light + unshaded * unshaded_light)),
     ]
 }
 
@@ -174,7 +218,7 @@ impl Probes<'_> {
 fn photon_memory(probes: &[Photon], paths: f64) -> StageMemory {
     let photons = photons_of(probes, paths);
     StageMemory {
-        stage: "photons",
+        stage: Stage::Photons,
         bytes: (photons * size_of::<Photon>() as f64 * COPIES) as u64,
     }
 }

@@ -84,6 +84,14 @@ impl Method {
         }
     }
 
+    /// [`Method::lights`], to change them.
+    pub(crate) fn lights_mut(&mut self) -> Option<&mut ManyLight> {
+        match &mut self.kind {
+            MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => Some(lights),
+            _ => None,
+        }
+    }
+
     /// The method for frames of a walkthrough, of `passes` passes each.
     pub(crate) fn of_frames(&self, passes: Option<u32>) -> Method {
         let lights = self.lights().map(|lights| lights.of_frames(passes));
@@ -93,9 +101,7 @@ impl Method {
     /// The method with the virtual lights of `lights`.
     pub(crate) fn with_lights(&self, kept: &ManyLight) -> Method {
         let mut method = self.clone();
-        if let MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) =
-            &mut method.kind
-        {
+        if let Some(lights) = method.lights_mut() {
             *lights = *kept;
         }
         method

@@ -27,7 +27,7 @@ pub use emission_guiding::GuidedEmission;
 pub use many_light::{
     InterimMaps, KeptLights, LightsContext, ManyLight, PlacedLight, PreparedPasses,
 };
-pub use memory::{LightSets, StageMemory, estimated_memory};
+pub use memory::{LightSets, Stage, StageMemory, estimated_memory};
 pub use method::{ExtraLayers, Method, MethodKind};
 pub use mixed::{Mixed, PathWeights};
 pub use photon_map::PhotonMap;

@@ -3,7 +3,6 @@
 use super::context::PassContext;
 use super::many_light::{KeptLights, KeptPasses, LightsContext, ManyLight, with_fixed_effort};
 use super::method::{Method, MethodKind};
-use super::mixed::Mixed;
 use super::{aov, light_tracer, path};
 use crate::film::Film;
 use crate::scene::{PathLimits, Scene};
@@ -64,9 +63,7 @@ impl<'s> Renderer<'s> {
     /// seed and its index.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
-        if let MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) =
-            &mut self.method.kind
-        {
+        if let Some(lights) = self.method.lights_mut() {
             *lights = with_fixed_effort(lights, scene, limits, run);
         }
         if self.begins_batch(run.pass.index) {

@@ -3,10 +3,8 @@
 
 use super::numbers::{Float, Mask, Operand, Word};
 use super::vector::{Pair, Vector};
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::simd::Width;
-
-/// The largest number below 1.
-const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;
 
 /// Whether `u` is below `p`, and a number that is uniform in [0, 1) given that answer.
 #[inline(always)]
@@ -14,7 +12,7 @@ pub(crate) fn split<S: Width>(u: Float<S>, p: impl Operand<S>) -> (Mask<S>, Floa
     let p = p.float(u.width());
     let is_below = u.lt(p);
     let (part, whole) = (is_below.select(u, u - p), is_below.select(p, 1.0 - p));
-    (is_below, (part / whole).clamp(0.0, LARGEST))
+    (is_below, (part / whole).clamp(0.0, ONE_MINUS_EPSILON))
 }
 
 /// A number in [0, 1] with density proportional to the line from `a` at 0 to `b` at 1; `u` itself

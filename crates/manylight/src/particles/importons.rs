@@ -4,7 +4,7 @@
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::lanes::{Float, Width, lane};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
@@ -102,13 +102,10 @@ impl PathTracer<'_> {
     /// The paths at the camera. They carry their index.
     fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<u32> {
         let scene = self.scene;
-        let (size, views) = (scene.sensor.desc().film.crop_size.as_vec2(), scene.views());
         let mut walks = Walks::with_capacity(paths.len());
         for index in paths {
             let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
-            let film_position: Vec2 = sampler.next_2d() * size;
-            let view = &views[index as usize % views.len()];
-            let ray = view.ray(film_position, sampler.next_2d());
+            let ray = scene.random_camera_ray(u64::from(index), &mut sampler);
             let (ray, _) = visible_part(scene, self.limits.hide_emitters, ray);
             let throughput = [self.path_fraction; 3];
             walks.push(WalkRow::start(ray, throughput, sampler, index));

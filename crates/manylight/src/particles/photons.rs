@@ -272,7 +272,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
         let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
         for i in set_bits(useful) {
             let walk = v.index.as_ref()[i];
-            let (previous, path) = (&walks.previous[walk as usize], path_at(walks, walk));
+            let (previous, path) = (&walks.state(walk).previous, path_at(walks, walk));
             let photon = Photon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -295,7 +295,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
 /// The path of a walk, with the class of its last event.
 #[inline(always)]
 fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
-    let (event, path) = (walks.event(walk), walks.payload[walk as usize]);
+    let (event, path) = (walks.event(walk), walks.state(walk).payload);
     let origin = match event.has(Lobes::SPECULAR) {
         true => path.origin,
         false => event,

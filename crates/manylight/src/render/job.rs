@@ -60,6 +60,9 @@ pub struct RenderJob<'s> {
 
 /// Watches a render. `()` is an observer that does nothing.
 pub trait Observer {
+    /// Is called before the first pass of a render that `budget` ends.
+    fn begins(&mut self, _budget: &Budget) {}
+
     /// Is called after every complete pass. `Break` ends the render after this pass.
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()>;
 
@@ -265,6 +268,7 @@ impl<'j, 's> Passes<'j, 's> {
         let start = Instant::now();
         let elapsed = || elapsed + start.elapsed();
         let never = AtomicBool::new(false);
+        observer.begins(&self.job.budget);
         let stop = loop {
             let is_first = film.passes() == 0;
             if !is_first && self.job.budget.is_spent(&film, elapsed(), observer) {

@@ -1,5 +1,6 @@
 //! Discrete sampling in constant time: alias tables.
 
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::prefetch::prefetch;
 use rayon::prelude::*;
 
@@ -101,17 +102,15 @@ impl Alias {
 /// The item for `u`, and the position of `u` within the interval of that item, uniform in [0, 1).
 #[inline]
 fn choose(slots: &[Slot], u: f32) -> (usize, f32) {
-    /// The largest number below 1.
-    const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
     let x = u * slots.len() as f32;
     let i = (x as usize).min(slots.len() - 1);
     let (slot, rest) = (slots[i], x - i as f32);
     if rest < slot.keep {
-        (i, (rest / slot.keep).min(LARGEST))
+        (i, (rest / slot.keep).min(ONE_MINUS_EPSILON))
     } else {
         (
             slot.other as usize,
-            ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST),
+            ((rest - slot.keep) / (1.0 - slot.keep)).min(ONE_MINUS_EPSILON),
         )
     }
 }

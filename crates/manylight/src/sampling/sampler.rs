@@ -17,12 +17,26 @@ pub enum Stream {
     Photon = 2,
     /// Importon paths.
     Importon = 3,
-    /// Selection of virtual lights.
+    /// Selection of virtual lights among the photons.
     Selection = 4,
     /// Other numbers that a pass draws once.
     Pass = 5,
     /// Tests.
     Test = 6,
+    /// Division of the virtual lights among passes and pixels.
+    Subsets = 7,
+    /// The subset of the lights that gather points of low weight start with.
+    SparseSubsets = 8,
+    /// Photons that become points of the radiance cache. One index for all.
+    CachePoints = 9,
+    /// Shift of the tiles.
+    Tiling = 10,
+    /// Camera rays that estimate the mean sum over virtual lights. One index per ray.
+    ToleranceProbe = 11,
+    /// Pixels of the pre-pass of effort.
+    EffortPixels = 12,
+    /// Direct light at importons. One index per importon.
+    DirectLight = 13,
 }
 
 /// One pass of a render: the key of its random numbers.

@@ -26,7 +26,7 @@ use crate::emitters::{EmissionGuide, Emitter, Emitters};
 use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
-use crate::sampling::{Pass, Stream};
+use crate::sampling::{Pass, Sampler, Stream};
 use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{Texture, TexturePoint};
 
@@ -176,13 +176,8 @@ impl Scene {
     /// pre-pass to compute, so make it once per render.
     pub fn emission_guide(&self) -> EmissionGuide {
         let rays = || {
-            let (film, views) = (self.sensor.desc().film.crop_size.as_vec2(), self.views());
             let pass = Pass { seed: 0, index: 0 };
-            let ray = |i: u64| {
-                let mut sampler = pass.sampler(Stream::Pass, i);
-                let at = sampler.next_2d() * film;
-                views[i as usize % views.len()].ray(at, sampler.next_2d())
-            };
+            let ray = |i| self.random_camera_ray(i, &mut pass.sampler(Stream::Pass, i));
             (0..GUIDE_RAYS).map(ray).collect()
         };
         let is_glass = |id: PrimitiveId| {
@@ -190,6 +185,14 @@ impl Scene {
             self.materials.is_transparent(material) || self.materials.refracts(material)
         };
         EmissionGuide::new(&self.emitters, &self.geometry, rays, is_glass)
+    }
+
+    /// Ray `i` of the cameras in turn, through a random point of the film and of the lens.
+    pub(crate) fn random_camera_ray(&self, i: u64, sampler: &mut Sampler) -> Ray {
+        // The sensor takes positions in the crop window.
+        let film = sampler.next_2d() * self.sensor.desc().film.crop_size.as_vec2();
+        let views = self.views();
+        views[i as usize % views.len()].ray(film, sampler.next_2d())
     }
 
     /// The nearest hit of a ray, and the surface point there.

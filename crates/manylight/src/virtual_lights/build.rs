@@ -37,7 +37,7 @@ const WIDE_ROUGHNESS: f32 = 0.3;
 /// shading normal: a rare photon would make a profile of many times its flux.
 const MAX_TILT: f32 = 2.0;
 /// Number of lights that are made at a time: profiles that are not stored yet take memory, too.
-const BATCH: usize = 4096;
+const LIGHTS_AT_A_TIME: usize = 4096;
 /// Key of the random numbers for points; see [`LightBuilder::numbers`].
 const POINT_NUMBERS: u64 = 1;
 /// Key of the random numbers for glossy profiles; see [`LightBuilder::numbers`].
@@ -81,8 +81,8 @@ pub fn build_lights<'s>(
         set.profiles.reserve(lights.filter(has_profile).count());
     }
     let profile_maker = form.map(GlossyForm::maker);
-    for first in (0..clusters.len()).step_by(BATCH) {
-        let batch = first..(first + BATCH).min(clusters.len());
+    for first in (0..clusters.len()).step_by(LIGHTS_AT_A_TIME) {
+        let batch = first..(first + LIGHTS_AT_A_TIME).min(clusters.len());
         let built: Vec<BuiltLight<'s>> = batch
             .into_par_iter()
             .map(|k| match is_used(k) {

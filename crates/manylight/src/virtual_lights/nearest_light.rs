@@ -149,18 +149,14 @@ impl NearestLights {
         let cost = |k: u32| {
             self.patches[k as usize].distance_squared(location.p, location.n, location.material)
         };
-        let Some((any, any_d2)) = self
-            .tree
-            .cheapest(location.p, f32::INFINITY, |_, d2| Some(d2))
-        else {
-            return UNASSIGNED;
+        let mut reach = 0.0;
+        let reach_of = |any: u32, d2: f32| {
+            // If the nearest site of any surface is at distance d and its 8th neighbor at s, the
+            // location's 8th neighbor is no farther than d + s.
+            reach = (MAX_SPACINGS * (d2.sqrt() + self.spacings[any as usize])).powi(2);
+            reach
         };
-        // If the nearest site of any surface is at distance d and its 8th neighbor at s, the
-        // location's 8th neighbor is no farther than d + s.
-        let reach = (MAX_SPACINGS * (any_d2.sqrt() + self.spacings[any as usize])).powi(2);
-        // The nearest site of any surface usually is the result, and bounds the search otherwise.
-        let limit = cost(any).map_or(reach, |c| c.min(reach));
-        let Some((k, d2)) = self.tree.cheapest(location.p, limit, |k, _| cost(k)) else {
+        let Some((k, d2)) = self.tree.cheapest_around(location.p, reach_of, cost) else {
             return UNASSIGNED;
         };
         let is_visible = |k: u32| surfaces.connected(location, &self.patches[k as usize]);

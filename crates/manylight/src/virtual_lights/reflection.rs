@@ -3,6 +3,7 @@
 
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::color::Rgb;
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 
@@ -19,8 +20,6 @@ const MAX_REFLECTION_DEPTH: f32 = 0.5;
 /// Steps of an additive recurrence in three dimensions.
 /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
 const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
-/// The largest number below 1.
-const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// One light path at a surface: `I(w) = Φ f(wi → w) |w·n|` over the non-specular lobes.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +43,11 @@ impl Reflection<'_> {
     /// its flux in W and the relative index of refraction of the event; `None` if no direction is
     /// sampled.
     fn sample_glossy(&self, shift: [f32; 3], i: u32) -> Option<(Vec3, Rgb, f32)> {
-        let u: [f32; 3] =
-            std::array::from_fn(|c| (shift[c] + STEPS[c] * i as f32).fract().min(LARGEST));
+        let u: [f32; 3] = std::array::from_fn(|c| {
+            (shift[c] + STEPS[c] * i as f32)
+                .fract()
+                .min(ONE_MINUS_EPSILON)
+        });
         let numbers = BsdfNumbers {
             lobe: u[0],
             direction: Vec2::new(u[1], u[2]),

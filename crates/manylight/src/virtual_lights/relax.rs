@@ -109,18 +109,14 @@ fn displaced_site(
     site: &MovingSite,
     found: &mut Neighbors,
 ) -> MovingSite {
-    let Patch { p, n, material, .. } = site.patch;
+    let Patch { p, n, .. } = site.patch;
     tree.nearest(p, f32::INFINITY, found);
     let mut near: Vec<(f32, Vec3)> = found
         .iter()
         .map(|(k, d2)| (d2, &sites[k as usize].patch))
         .filter(|(d2, other)| {
-            *d2 > 0.0
-                && site
-                    .patch
-                    .distance_squared(other.p, other.n, material)
-                    .is_some()
-                && other.material == material
+            let to_other = (site.patch).distance_squared(other.p, other.n, other.material);
+            *d2 > 0.0 && to_other.is_some()
         })
         .map(|(d2, other)| (d2.sqrt(), p - other.p))
         .collect();

@@ -5,7 +5,7 @@ use crate::args::FrameArgs;
 use crate::failure::Failure;
 use crate::frame_files::FrameFiles;
 use crate::kept_lights::ShadingLights;
-use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
+use crate::memory::{OtherMemory, check_memory, image_memory, sums_of_render};
 use crate::output::{print_data, print_message};
 use crate::picture::{PictureFacts, PictureSource};
 use crate::progress::{self, ProgressGoal};
@@ -39,12 +39,12 @@ impl Run<'_> {
             lights: lights.kept(),
             ..session.job()
         };
-        let surroundings = Surroundings {
+        let other = OtherMemory {
             sums: sums_of_render(&job),
             beside: Some(image_memory(request, &job)),
-            at_end: None,
+            ..OtherMemory::default()
         };
-        pool.install(|| check_memory(request.memory_limit, &job, surroundings))?;
+        pool.install(|| check_memory(request.memory_limit, &job, other))?;
         let mut walkthrough = pool.install(|| Walkthrough::new(&job, stats));
         let mut written = Vec::new();
         let mut passes = 0;

@@ -7,8 +7,8 @@ use crate::picture::{NamedFilm, RGB, channels, full_name, named};
 use crate::request::RenderRequest;
 use crate::session::Session;
 use manylight::film::{ErrorBars, Film, Layer};
-use manylight::integrators::StageMemory;
-use manylight::render::{Observer, Outcome, RenderJob, Stats, Stop};
+use manylight::integrators::{Stage, StageMemory};
+use manylight::render::{Budget, Observer, Outcome, RenderJob, Stats, Stop};
 use manylight_denoise::DenoisedImage;
 use manylight_io::image::ImageLayer;
 use manylight_lab::noise::NOISY;
@@ -61,7 +61,7 @@ impl RenderPreview {
         let count: usize = layers.iter().map(|&layer| channels(layer).len()).sum();
         let picture = u64::from(size.x) * u64::from(size.y) * (count * size_of::<f32>()) as u64;
         Some(StageMemory {
-            stage: "preview",
+            stage: Stage::Preview,
             bytes: 2 * picture,
         })
     }
@@ -113,6 +113,10 @@ struct Beside<'a> {
 }
 
 impl Observer for Beside<'_> {
+    fn begins(&mut self, budget: &Budget) {
+        self.observer.begins(budget);
+    }
+
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
         self.preview.elapsed = elapsed;
         let named = NamedFilm {

@@ -3,7 +3,7 @@
 use super::Run;
 use crate::failure::Failure;
 use crate::kept_lights::ShadingLights;
-use crate::memory::{Surroundings, check_memory};
+use crate::memory::{OtherMemory, check_memory};
 use crate::output::print_message;
 use crate::part::write_share;
 use crate::progress::{self, ProgressGoal};
@@ -27,8 +27,8 @@ impl Run<'_> {
         let passes = job.budget.passes.unwrap_or_default();
         let count = block_count(passes, job.block);
         let blocks = shard.range(count);
-        let surroundings = Surroundings::of_part(&blocks);
-        pool.install(|| check_memory(request.memory_limit, &job, surroundings))?;
+        let other = OtherMemory::of_part(&blocks);
+        pool.install(|| check_memory(request.memory_limit, &job, other))?;
         let own_passes = blocks
             .clone()
             .map(|block| passes_of_block(block, job.block, passes));

@@ -2,6 +2,7 @@
 //! between integrated ones.
 
 use super::coat::{COSINES, Coat};
+use super::microfacet::MIN_ALPHA;
 use crate::bsdf::material::Distribution;
 use rayon::prelude::*;
 
@@ -22,8 +23,6 @@ const ALPHA_NODES: usize = 24;
 /// Nodes over ln |η - 1|. With η from 1.01 to 2.5, GGX transmittances are off by at most 10⁻⁶; from
 /// 1.0001 to 4, by 3·10⁻⁴. No η below 1 was compared.
 const ETA_NODES: usize = 12;
-/// Smallest alpha of [`super::microfacet`]; smaller values count as this one.
-const MIN_ALPHA: f32 = 1e-4;
 /// Smallest |η - 1| in a family; smaller values count as this one. Such coats hardly reflect.
 const MIN_CONTRAST: f64 = 1e-4;
 

@@ -14,8 +14,8 @@ use crate::math::float::exp;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
-/// Smallest roughness alpha that single precision can represent.
-const MIN_ALPHA: f32 = 1e-4;
+/// Smallest roughness alpha that single precision can represent; smaller values count as this one.
+pub(super) const MIN_ALPHA: f32 = 1e-4;
 /// Smallest density of normals, times the cosine, that is not set to zero.
 const MIN_DENSITY: f32 = 1e-20;
 

@@ -6,6 +6,7 @@
 
 use super::fresnel::reflect;
 use super::lobe_over_base::LobeOverBase;
+use super::microfacet::MIN_ALPHA;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::material::WardVariant;
@@ -16,8 +17,6 @@ use crate::lanes::{Color, Float, One, Pair, Vector, Width};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
-/// Smallest roughness alpha that single precision can represent.
-const MIN_ALPHA: f32 = 1e-4;
 /// Smallest value of the lobe that is not set to zero.
 const MIN_VALUE: f32 = 1e-10;
 

@@ -88,12 +88,12 @@ pub(super) fn follow<S: Width>(
         for i in set_bits(lanes & survives.bits()) {
             let sampler = at.generators.draw(i, |sampler| sampler.branch());
             let path = branch_path(tile, (&at.paths.as_ref()[i], w(i)), branch(i), k);
-            let mut row = segments.row(i, sampler, path);
-            if path.chain().is_some() {
+            let row = segments.row(i, sampler, path);
+            next.push(match path.chain() {
                 // Chains have no next-event estimation that shares the light of emitters.
-                row.previous.event = Lobes::DELTA;
-            }
-            next.push(row);
+                Some(_) => row.without_next_event(),
+                None => row,
+            });
         }
     }
 }
@@ -153,7 +153,7 @@ fn branches(tile: &TileGather, path: &PathState) -> Branches {
                 max_survival: 1.0,
             }
         }
-        PathPart::Direction(direction) => first_of_chain(tile, path.stage, direction),
+        PathPart::Direction(direction) => first_branches(tile, path.stage, direction),
         PathPart::Chain(chain) => Branches {
             count: 1,
             scale: 1.0,
@@ -164,7 +164,7 @@ fn branches(tile: &TileGather, path: &PathState) -> Branches {
 }
 
 /// The first event of a chain.
-fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction) -> Branches {
+fn first_branches(tile: &TileGather, stage: PathStage, direction: &Direction) -> Branches {
     let point = &tile.points[direction.from as usize];
     let (survival_factor, max_survival) = match stage {
         PathStage::AfterX => (FIRST_SURVIVAL_FACTOR, 1.0),
@@ -179,7 +179,7 @@ fn first_of_chain(tile: &TileGather, stage: PathStage, direction: &Direction) ->
 }
 
 /// The chain that continues a direction, which arrives along the unit vector `w`.
-fn first_part(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
+fn chain_from(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
     let point = &tile.points[direction.from as usize];
     let (prepared, found) = (tile.prepared, &mut tile.found_caustics);
     let along = (w, direction.f_cos);
@@ -207,7 +207,7 @@ fn branch_path(
             }),
             ..prefix
         }),
-        PathPart::Direction(direction) => PathPart::Chain(first_part(tile, &direction, w)),
+        PathPart::Direction(direction) => PathPart::Chain(chain_from(tile, &direction, w)),
         PathPart::Prefix(_) | PathPart::Chain(_) => path.part,
     };
     PathState {

@@ -101,39 +101,69 @@ impl DirectionEnd {
 }
 
 /// Restores the light that non-specular lobes at `y` reflect along the direction, and that clamping
-/// removes from the sum over lights. A transmitting surface is lit from two sides by different
-/// lights: one side is chosen.
+/// removes from the sum over lights.
 pub(super) fn compensate(tile: &mut TileGather, y: &DirectionEnd, sampler: &mut Sampler) {
-    let prepared = tile.prepared;
-    let lit_side = if y.transmits && sampler.next_1d() >= 0.5 {
-        -y.n
-    } else {
-        y.n
-    };
+    let lit_side = lit_side(y, sampler);
     let location = y.location(lit_side);
-    let from = y.from(tile);
-    let first_weight = from.path.first_weight;
-    let searched = from.area_per_light.map_or(1.0, |area| {
-        let area = ESTIMATED_AREAS * area;
-        let assignment = Assignment::Unassigned { area };
-        let estimate = clamped_fraction(tile, y, &location, assignment);
-        estimate.clamp(MIN_SEARCHED, 1.0)
-    });
+    let searched = search_probability(tile, y, &location);
     if searched < 1.0 && sampler.next_1d() >= searched {
         return;
     }
-    let throughput = y.throughput / searched;
-    if !y.transmits
-        && let Some(point) = prepared.cache.point(&location, y.segments)
-        && point.serves(location.p.distance(y.from(tile).at.x.p))
-    {
-        return compensate_by_cache(tile, y, (&location, point), searched, sampler);
+    match cache_point(tile, y, &location) {
+        Some(point) => compensate_by_cache(tile, y, (&location, point), searched, sampler),
+        None => continue_path(tile, y, &location, searched, sampler),
     }
-    let (clamped, scales) = clamped_fractions(tile, y, &location);
+}
+
+/// The normal at `y` on the side whose light is restored. A transmitting surface is lit from two
+/// sides by different lights: one side is chosen.
+fn lit_side(y: &DirectionEnd, sampler: &mut Sampler) -> Vec3 {
+    if y.transmits && sampler.next_1d() >= 0.5 {
+        -y.n
+    } else {
+        y.n
+    }
+}
+
+/// Probability of the search for the light that represents `y`.
+fn search_probability(tile: &TileGather, y: &DirectionEnd, location: &SurfaceLocation) -> f32 {
+    y.from(tile).area_per_light.map_or(1.0, |area| {
+        let assignment = Assignment::Unassigned {
+            area: ESTIMATED_AREAS * area,
+        };
+        clamped_fraction(tile, y, location, assignment).clamp(MIN_SEARCHED, 1.0)
+    })
+}
+
+/// The point of the radiance cache that has the light at `y`, if the cache serves there.
+fn cache_point<'o>(
+    tile: &TileGather<'_, 'o, '_>,
+    y: &DirectionEnd,
+    location: &SurfaceLocation,
+) -> Option<&'o CachePoint> {
+    if y.transmits {
+        return None;
+    }
+    let point = tile.prepared.cache.point(location, y.segments)?;
+    let distance = location.p.distance(y.from(tile).at.x.p);
+    point.serves(distance).then_some(point)
+}
+
+/// Continues the path at `y` with the probability of the clamped fraction, and gathers there; the
+/// direction was followed with probability `searched`.
+fn continue_path(
+    tile: &mut TileGather,
+    y: &DirectionEnd,
+    location: &SurfaceLocation,
+    searched: f32,
+    sampler: &mut Sampler,
+) {
+    let first_weight = y.from(tile).path.first_weight;
+    let (clamped, scales) = clamped_fractions(tile, y, location);
     let sides = if y.transmits { 2.0 } else { 1.0 };
     let path = GatherPath {
         pixel: y.path.pixel,
-        throughput: throughput * (sides * clamped),
+        throughput: y.throughput / searched * (sides * clamped),
         eta_squared: y.eta_squared,
         segments: y.segments,
         stage: y.path.stage.after_compensating_event(),
@@ -155,8 +185,9 @@ pub(super) fn compensate(tile: &mut TileGather, y: &DirectionEnd, sampler: &mut 
     let role = GatherRole::Compensation {
         direction_limit: direction_limit(y.direction.f_cos),
     };
-    let lit_from = y.transmits.then_some(lit_side);
-    tile.gather(&y.vertex(prepared.scene), path, role, lit_from, sampler);
+    let lit_from = y.transmits.then_some(location.n);
+    let vertex = y.vertex(tile.prepared.scene);
+    tile.gather(&vertex, path, role, lit_from, sampler);
 }
 
 /// Ends a direction at `y` by its point of the radiance cache; it was followed with probability
@@ -244,7 +275,7 @@ fn compensate_groups_by_cache(
         // Photons around `y` may be of groups that have none around the cache point.
         let clamped = clamped[group.index()].unwrap_or_else(|| {
             let light = prepared.nearest.light(group, prepared.scene, location);
-            clamped_fraction(tile, y, location, lights.assignment(light, location))
+            clamped_fraction(tile, y, location, lights.assignment(light, location.p))
         });
         let weight = clamped * tile.scales.of(row, group) / (searched * survival);
         let radiance = y.throughput * radiance * weight;
@@ -263,7 +294,7 @@ fn clamped_fractions(
     let fraction = |group: usize| {
         let group = LightGroup(group as u8);
         let light = prepared.nearest.light(group, prepared.scene, location);
-        let assignment = prepared.lights.assignment(light, location);
+        let assignment = prepared.lights.assignment(light, location.p);
         clamped_fraction(tile, y, location, assignment)
     };
     if prepared.light_groups == 0 {

@@ -188,7 +188,7 @@ pub(super) fn assigned(
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
         let group = reflected.photon.group;
-        let assignment = lights.assignment(nearest.light(group, scene, &from), &from);
+        let assignment = lights.assignment(nearest.light(group, scene, &from), from.p);
         let at = ClampReceiver {
             p: reflected.photon.p,
             n: reflected.photon.n,

@@ -78,7 +78,7 @@ pub(super) struct GatherPath {
     /// Index of the pixel in the tile.
     pub(super) pixel: u32,
     pub(super) throughput: Rgb,
-    /// As in [`Walks::eta_squared`](crate::transport::stream::Walks::eta_squared).
+    /// As in [`WalkState::eta_squared`](crate::transport::stream::WalkState::eta_squared).
     pub(super) eta_squared: f32,
     /// Segments up to the gather point.
     pub(super) segments: u32,
@@ -303,7 +303,7 @@ struct SparseSubsets {
 
 impl SparseSubsets {
     fn new(strategy: Strategy, pass: Pass) -> Self {
-        let u = pass.sampler(Stream::Selection, 2).next_1d();
+        let u = pass.sampler(Stream::SparseSubsets, 0).next_1d();
         SparseSubsets {
             first: (u * SPARSE_STEP as f32) as u32,
             choices: match strategy {

@@ -8,7 +8,7 @@ use super::compensation_photons::CompensationPhoton;
 use super::lights::gather;
 use super::passes::PreparedPasses;
 use super::radiance_cache::{arrays_of_cache, cache_of_arrays};
-use super::schedule::LightSubsets;
+use super::schedule::{LightSubsets, MAX_GROUP_PHOTON_PATHS};
 use super::{Effort, ManyLight, PassGroup};
 use crate::arrays::{
     FoundArray, InvalidArray, NamedArray, arrays_of_records, read_floats, read_words,
@@ -89,7 +89,7 @@ impl<'s> KeptLights<'s> {
     /// Makes the lights of all passes. The method has a fixed effort; `run` is the context of any
     /// pass. `None` if cancelled.
     pub(in crate::integrators) fn make(cx: &LightsContext<'s>, run: &PassContext) -> Option<Self> {
-        let groups = pass_groups(&cx.method, cx.passes);
+        let groups = cx.method.pass_groups(cx.passes);
         let prepared = groups.map(|group| {
             (!run.cancelled()).then(|| cx.method.prepare(cx.scene, cx.limits, &group, run))
         });
@@ -149,7 +149,7 @@ impl<'s> KeptLights<'s> {
     ) -> Result<Self, E> {
         let method = with_effort(&cx.method, &mut |name: &str| read(0, name))?;
         let cx = LightsContext { method, ..*cx };
-        let groups = pass_groups(&method, cx.passes).enumerate();
+        let groups = method.pass_groups(cx.passes).enumerate();
         let prepared =
             groups.map(|(k, group)| passes_of_arrays(&cx, group, &mut |name: &str| read(k, name)));
         let groups: Result<Vec<PreparedPasses>, E> = prepared.collect();
@@ -158,13 +158,6 @@ impl<'s> KeptLights<'s> {
             groups: groups?,
         })
     }
-}
-
-/// The groups of the first `passes` passes, one after the other: a file may claim any number.
-fn pass_groups(method: &ManyLight, passes: u32) -> impl Iterator<Item = PassGroup> {
-    let next = |group: &PassGroup| method.pass_group(group.passes.end);
-    let groups = std::iter::successors(Some(method.pass_group(0)), move |group| Some(next(group)));
-    groups.take_while(move |group| group.passes.start < passes)
 }
 
 /// `method` with the effort that arrays state.
@@ -179,7 +172,10 @@ fn with_effort<E: From<InvalidArray>>(
     };
     let most = [
         (light_count, method.light_count),
-        (photon_paths, method.photon_paths),
+        (
+            photon_paths,
+            method.photon_paths.max(MAX_GROUP_PHOTON_PATHS),
+        ),
         (emitter_samples, MAX_SAMPLES),
         (camera_paths, MAX_SAMPLES),
     ];

@@ -236,17 +236,13 @@ pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIn
         return 0.0;
     };
     let scene = cx.scene;
-    // The sensor takes positions in the crop window.
-    let (size, views) = (scene.sensor.desc().film.crop_size.as_vec2(), scene.views());
-    let probe = |k: u32| {
-        let mut sampler = (cx.run.pass).sampler(Stream::Selection, 4 + u64::from(k));
-        let film = sampler.next_2d() * size;
-        let view = &views[k as usize % views.len()];
-        let ray = view.ray(film, sampler.next_2d());
+    let probe = |k| {
+        let mut sampler = cx.run.pass.sampler(Stream::ToleranceProbe, k);
+        let ray = scene.random_camera_ray(k, &mut sampler);
         let (_, x) = scene.intersect(&ray)?;
         Some(ShadingPoint::unlimited(x, -ray.d, scene.bsdf(&x)))
     };
-    let probes: Vec<ShadingPoint> = (0..PROBES).filter_map(probe).collect();
+    let probes: Vec<ShadingPoint> = (0..u64::from(PROBES)).filter_map(probe).collect();
     let probe_gather = Gather {
         strategy: Strategy::Cuts(CutLimits {
             max_lights: PROBE_CUT,

@@ -41,7 +41,9 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub(super) use effort::{DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort};
+pub(super) use effort::{
+    DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort, with_most_photons,
+};
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use kept::{KeptLights, LightsContext, NotKept};
 pub use lights::DARKEST_PIXEL;

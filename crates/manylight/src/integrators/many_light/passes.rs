@@ -69,9 +69,8 @@ impl<'s> KeptPasses<'s> {
         KeptPasses { given, ..self }
     }
 
-    /// That of `group`, which is made if it is missing. Those that were made before the render are
-    /// never dropped. If there is no room, the oldest is dropped
-    /// before: both might not fit into memory.
+    /// That of `group`, which is made if it is missing. If there is no room, the oldest is dropped
+    /// before: both might not fit into memory. Those that were made before the render stay.
     pub(super) fn of_group(
         &mut self,
         group: &PassGroup,

@@ -144,7 +144,7 @@ impl CacheParticles {
         let points = (photons.len() / PHOTONS_PER_POINT).clamp(1, POINTS_PER_PASS * passes);
         let of_point = candidates.inclusion_probabilities(points);
         let of_photon = candidates.inclusion_probabilities(PHOTONS_PER_PASS * passes);
-        let mut rng = cx.run.pass.sampler(Stream::Selection, 3);
+        let mut rng = cx.run.pass.sampler(Stream::CachePoints, 0);
         for (photon, (of_point, of_photon)) in photons.iter().zip(of_point.iter().zip(of_photon)) {
             let of_point = of_point.min(MAX_POINT_PROBABILITY);
             if rng.next_1d() < of_point {
@@ -308,12 +308,7 @@ impl CachedLight {
 
     /// The light that represents light from `point`.
     pub(super) fn assignment(&self, point: &CachePoint, lights: &LightIndex) -> Assignment {
-        match self.light {
-            Some(id) => Assignment::Light(id),
-            None => Assignment::Unassigned {
-                area: lights.set.unassigned_area(point.patch.p),
-            },
-        }
+        lights.assignment(self.light, point.patch.p)
     }
 
     /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a
@@ -468,13 +463,11 @@ impl RadianceCache {
                 .patch
                 .distance_squared(y.p, y.n, y.material)
         };
-        let (any, d2) = (self.points).cheapest(y.p, f32::INFINITY, |_, d2| Some(d2))?;
-        let radius = points[any as usize].radius;
-        let reach = REACH * REACH * d2.max(radius * radius);
-        // The nearest point of any surface usually is of the right one, and bounds the search
-        // otherwise.
-        let limit = cost(any).map_or(reach, |c| c.min(reach));
-        let (k, d2) = self.points.cheapest(y.p, limit, |k, _| cost(k))?;
+        let reach = |any: u32, d2: f32| {
+            let radius = points[any as usize].radius;
+            REACH * REACH * d2.max(radius * radius)
+        };
+        let (k, d2) = self.points.cheapest_around(y.p, reach, cost)?;
         let point = &points[k as usize];
         (d2 <= point.radius * point.radius).then_some(point)
     }

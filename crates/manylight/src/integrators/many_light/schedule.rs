@@ -40,7 +40,7 @@ const _: () = assert!(
 /// Most lights of a group of several passes: bounds its memory.
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.
-const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
+pub(super) const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
 /// Passes after which the area that a light represents has shrunk by `1/√2`: the first 16 passes,
 /// the default of a render, are hardly refined. At 8 and 32 (32 passes of 32 lights at 72x40, 2
 /// seeds; Kitchen): relMSE +3.1 and -1.7 % (standard error 3 %), shadow rays -6 and +5 %.
@@ -80,11 +80,18 @@ impl ManyLight {
         }
     }
 
-    /// Groups of the first `passes` passes.
+    /// The groups of the first `passes` passes, one after the other: a file may claim any number.
+    pub(super) fn pass_groups(&self, passes: u32) -> impl Iterator<Item = PassGroup> {
+        let next = |group: &PassGroup| PassGroup::of_pass(self, group.passes.end);
+        let groups = std::iter::successors(Some(PassGroup::of_pass(self, 0)), move |group| {
+            Some(next(group))
+        });
+        groups.take_while(move |group| group.passes.start < passes)
+    }
+
+    /// Number of groups of the first `passes` passes.
     pub(in crate::integrators) fn group_count(&self, passes: u32) -> u32 {
-        let end = |start: u32| passes_with(self, start).end;
-        let ends = std::iter::successors(Some(0), |&start| Some(end(start)));
-        ends.take_while(|&start| start < passes).count() as u32
+        self.pass_groups(passes).count() as u32
     }
 
     /// The half of pass `index`, to which whole groups belong in turn, and the number of passes of
@@ -203,7 +210,7 @@ impl LightSubsets {
                 fewest.unwrap_or(by_size.clamp(shaded, shaded * group.placed_per_shaded))
             }
         };
-        let mut sampler = cx.run.pass.sampler(Stream::Selection, 1);
+        let mut sampler = cx.run.pass.sampler(Stream::Subsets, 0);
         let first = (sampler.next_1d() * count as f32) as u32;
         LightSubsets {
             start: group.passes.start,

@@ -518,6 +518,11 @@ mod tests {
                 Contradiction::UncompensatedPairs,
             ),
             (
+                with(|m| m.interleaving = 2, ManyLight::lightcuts()),
+                Contradiction::InterleavedCut,
+            ),
+            (with(|m| m.interleaving = 3, rich), Contradiction::Pattern),
+            (
                 with(
                     |m| m.emission = EmissionKind::table(62, TableStorage::Blocks),
                     rich,

@@ -43,7 +43,7 @@ pub(super) fn tiling(method: &ManyLight, pass: Pass) -> Tiling {
     let shift = match method.strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
         Strategy::Cuts(_) => {
-            let u = pass.low_discrepancy_2d(Stream::Selection, 4);
+            let u = pass.low_discrepancy_2d(Stream::Tiling, 0);
             (u * TILE_SIZE as f32).as_uvec2()
         }
     };
@@ -244,7 +244,7 @@ impl Arriving<'_, '_, '_, '_> {
             ..
         } = &mut *self.tile;
         let guide = |i: u32| {
-            let direction = walks.payload[i as usize].direction()?;
+            let direction = walks.state(i).payload.direction()?;
             points[direction.from as usize].environment.as_ref()
         };
         let add = |path: &PathState, seen, out: &mut TileSamples| {

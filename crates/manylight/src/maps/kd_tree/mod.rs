@@ -167,6 +167,21 @@ impl<T> KdTree<T> {
         });
         best
     }
+
+    /// [`KdTree::cheapest`] with costs up to `max_cost(nearest, its squared distance)`, for costs of
+    /// which that of the nearest particle is usually the lowest: it bounds the search.
+    #[inline]
+    pub fn cheapest_around(
+        &self,
+        p: Vec3,
+        max_cost: impl FnOnce(u32, f32) -> f32,
+        cost: impl Fn(u32) -> Option<f32>,
+    ) -> Option<(u32, f32)> {
+        let (nearest, d2) = self.cheapest(p, f32::INFINITY, |_, d2| Some(d2))?;
+        let max_cost = max_cost(nearest, d2);
+        let bound = cost(nearest).map_or(max_cost, |c| c.min(max_cost));
+        self.cheapest(p, bound, |k, _| cost(k))
+    }
 }
 
 /// Calls `visit` with index, squared distance and current bound for every point with a squared

@@ -24,7 +24,7 @@ pub(super) fn absorb<T>(scene: &Scene, walks: &mut Walks<T>, arrivals: &Arrivals
                 let (from, to) = (ray.o, end().p);
                 scene.media.may_contain(&Segment { from, to })
             };
-            let at_start = walks.previous[i as usize].inside;
+            let at_start = walks.state(i).previous.inside;
             let absorption = match at_end {
                 Some(absorption) if end().ng.dot(ray.d) > 0.0 => Some(absorption),
                 _ => match at_start {

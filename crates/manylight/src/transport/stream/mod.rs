@@ -1,4 +1,4 @@
-//! Streams: the walks of a tile in structures of arrays, advanced in stages.
+//! Streams: the walks of a tile in arrays, advanced in stages.
 //!
 //! ```text
 //!   rays --trace--> hits --sort by material--> packets of sixteen --shade--> rays, connections
@@ -27,4 +27,4 @@ pub(crate) use rounds::{
     PacketShader, VertexShader, WalkStream, follow_all, follow_and_shade, shade_packets,
 };
 pub(crate) use vertices::{Bits, SegmentEnd, Vertices, by_lane, lanes_where, used};
-pub(crate) use walks::{WalkRow, Walks};
+pub(crate) use walks::{WalkRow, WalkState, Walks};

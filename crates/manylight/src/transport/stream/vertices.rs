@@ -1,7 +1,7 @@
 //! The vertices of a packet: walks that hit one material.
 
 use super::absorption::inside;
-use super::{Arrivals, Generators, WalkRow, Walks};
+use super::{Arrivals, Generators, WalkRow, WalkState, Walks};
 use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
 use crate::geometry::{Derivatives, Ray, SurfacePoints, SurfaceRef};
 use crate::ids::MaterialId;
@@ -70,23 +70,24 @@ impl<S: Width> NextSegments<'_, S> {
     /// The walk in lane `i`.
     #[inline(always)]
     pub(crate) fn row<T>(&self, i: usize, sampler: Sampler, payload: T) -> WalkRow<T> {
+        let [o, d] = [&self.origin, &self.w].map(|v| Vec3::from(lane(v, i)));
+        let previous = Previous {
+            p: Vec3::from(lane(&self.p, i)),
+            n: self.normals.as_ref().and_then(|normals| normals.get(i)),
+            event: self.event(i),
+            pdf: self.pdf.as_ref()[i],
+            inside: self.around.filter(|_| self.enters >> i & 1 != 0),
+        };
         WalkRow {
-            ray: Ray::new(
-                Vec3::from(lane(&self.origin, i)),
-                Vec3::from(lane(&self.w, i)),
-            ),
-            throughput: lane(&self.throughput, i),
-            eta_squared: self.eta_squared.as_ref()[i],
-            segments: self.segments.as_ref()[i],
-            previous: Previous {
-                p: Vec3::from(lane(&self.p, i)),
-                n: self.normals.as_ref().and_then(|normals| normals.get(i)),
-                event: self.event(i),
-                pdf: self.pdf.as_ref()[i],
-                inside: self.around.filter(|_| self.enters >> i & 1 != 0),
+            ray: Ray::new(o, d),
+            state: WalkState {
+                throughput: lane(&self.throughput, i),
+                eta_squared: self.eta_squared.as_ref()[i],
+                segments: self.segments.as_ref()[i],
+                previous,
+                sampler,
+                payload,
             },
-            sampler,
-            payload,
         }
     }
 }
@@ -146,7 +147,7 @@ impl<'a, S: Width> Vertices<'a, S> {
                 at: hit.at,
                 distance: hit.t,
                 w_prev: -walks.rays[walk].d,
-                segments: walks.segments[walk] + 1,
+                segments: walks.states[walk].segments + 1,
             }
         });
         Vertices::at_ends(s, scene, material, index, &ends)
@@ -190,9 +191,8 @@ impl<'a, S: Width> Vertices<'a, S> {
 
     /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the
     /// probability of the straight-through transmittance, by the random numbers `u`; `payload(i)`
-    /// is what they carry. Returns
-    /// the lanes in which walks scatter. The throughput of all walks is multiplied by the factor of
-    /// those that pass, or of those that do not.
+    /// is what they carry. Returns the lanes in which walks scatter. The throughput of all walks is
+    /// multiplied by the factor of those that pass, or of those that do not.
     #[inline(always)]
     pub(crate) fn pass_through<T: Copy>(
         &self,
@@ -216,19 +216,21 @@ impl<'a, S: Width> Vertices<'a, S> {
         let origin = self.x.offset_towards(-self.w_prev).store();
         for i in set_bits(passes) {
             let walk = self.index.as_ref()[i] as usize;
-            let ray = &walks.rays[walk];
+            let (ray, before) = (&walks.rays[walk], &walks.states[walk]);
             next.push(WalkRow {
                 ray: Ray {
                     o: Vec3::from(lane(&origin, i)),
                     d: ray.d,
                     t_max: ray.t_max - self.distances.as_ref()[i],
                 },
-                throughput: lane(&weights, i),
-                eta_squared: walks.eta_squared[walk],
-                segments: self.segments.as_ref()[i],
-                previous: self.passed(walks.previous[walk], ray.d, i),
-                sampler: generators.get(i),
-                payload: payload(i),
+                state: WalkState {
+                    throughput: lane(&weights, i),
+                    segments: self.segments.as_ref()[i],
+                    previous: self.passed(before.previous, ray.d, i),
+                    sampler: generators.get(i),
+                    payload: payload(i),
+                    ..*before
+                },
             });
         }
         goes_on & !passes
@@ -252,13 +254,13 @@ impl<'a, S: Width> Vertices<'a, S> {
     /// What the walk in lane `i` carries for the method.
     #[inline(always)]
     pub(crate) fn payload<T: Copy>(&self, walks: &Walks<T>, i: usize) -> T {
-        walks.payload[self.index.as_ref()[i] as usize]
+        walks.state(self.index.as_ref()[i]).payload
     }
 
-    /// Products of squared relative indices of refraction, as in [`Walks::eta_squared`].
+    /// Products of squared relative indices of refraction, as in [`WalkState::eta_squared`].
     #[inline(always)]
     pub(crate) fn eta_squared<T>(&self, s: S, walks: &Walks<T>) -> Float<S> {
-        Float::from_fn(s, |i| walks.eta_squared[self.index.as_ref()[i] as usize])
+        Float::from_fn(s, |i| walks.state(self.index.as_ref()[i]).eta_squared)
     }
 
     /// Fraction of light that does not pass straight through in lane `i`: one minus the largest
@@ -317,7 +319,7 @@ impl<'a, S: Width> Vertices<'a, S> {
     /// The sampler of each walk.
     #[inline(always)]
     pub(crate) fn generators<T>(&self, s: S, walks: &Walks<T>) -> Generators<S> {
-        Generators::from_fn(s, |i| &walks.samplers[self.index.as_ref()[i] as usize])
+        Generators::from_fn(s, |i| &walks.state(self.index.as_ref()[i]).sampler)
     }
 
     /// The lanes `bits` as a mask.

@@ -10,61 +10,80 @@ use crate::sampling::Sampler;
 use crate::transport::direct::PreviousEvents;
 use crate::transport::walk::Previous;
 
-/// The walks of a tile. All vectors have an element per walk. `T` is the payload: what a method
-/// attaches to each walk.
+/// The walks of a tile. `T` is the payload: what a method attaches to each walk. What is in
+/// [`WalkState`] lies together, because packets take walks in the order of materials: one array per
+/// quantity costs 11 appends per vertex instead of 2.
 #[derive(Clone, Debug)]
 pub(crate) struct Walks<T> {
-    /// The next segment.
+    /// The next segment, by walk.
     pub(crate) rays: Vec<Ray>,
+    /// The rest, by walk.
+    pub(crate) states: Vec<WalkState<T>>,
+}
+
+/// One walk without its next segment.
+#[derive(Clone, Debug)]
+pub(crate) struct WalkState<T> {
     /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux,
     /// in W. By channel.
-    pub(crate) throughput: [Vec<f32>; 3],
+    pub(crate) throughput: [f32; 3],
     /// Product of squared relative indices of refraction along a camera path; see
     /// [`camera_survivals`](crate::transport::roulette::camera_survivals).
-    pub(crate) eta_squared: Vec<f32>,
+    pub(crate) eta_squared: f32,
     /// Segments up to the start of the ray.
-    pub(crate) segments: Vec<u32>,
+    pub(crate) segments: u32,
     /// The last scattering event.
-    pub(crate) previous: Vec<Previous>,
+    pub(crate) previous: Previous,
     /// Random numbers.
-    pub(crate) samplers: Vec<Sampler>,
+    pub(crate) sampler: Sampler,
     /// What the method attaches.
-    pub(crate) payload: Vec<T>,
+    pub(crate) payload: T,
 }
 
 /// One walk.
 #[derive(Clone, Debug)]
 pub(crate) struct WalkRow<T> {
     pub(crate) ray: Ray,
-    pub(crate) throughput: [f32; 3],
-    pub(crate) eta_squared: f32,
-    pub(crate) segments: u32,
-    pub(crate) previous: Previous,
-    pub(crate) sampler: Sampler,
-    pub(crate) payload: T,
+    pub(crate) state: WalkState<T>,
 }
 
 impl<T> WalkRow<T> {
     /// A walk at its start, along `ray`.
     #[inline(always)]
     pub(crate) fn start(ray: Ray, throughput: [f32; 3], sampler: Sampler, payload: T) -> Self {
-        WalkRow {
-            ray,
+        let state = WalkState {
             throughput,
             eta_squared: 1.0,
             segments: 0,
             previous: Previous::start(ray.o),
             sampler,
             payload,
-        }
+        };
+        WalkRow { ray, state }
+    }
+
+    /// The same, whose last event had no next-event estimation: all light of an emitter that the
+    /// segment meets counts. So it is after an event of a [`Lobes::DELTA`] lobe
+    /// ([`PreviousEvents::has_next_event`]).
+    #[inline(always)]
+    pub(crate) fn without_next_event(mut self) -> Self {
+        self.state.previous.event = Lobes::DELTA;
+        self
     }
 }
 
 impl<T> Walks<T> {
+    /// Walk `i` without its next segment.
+    #[inline(always)]
+    pub(crate) fn state(&self, i: u32) -> &WalkState<T> {
+        &self.states[i as usize]
+    }
+
     /// Multiplies the throughput of walk `i`.
     pub(crate) fn scale_throughput(&mut self, i: u32, factor: Rgb) {
-        for (channel, factor) in self.throughput.iter_mut().zip(factor.to_array()) {
-            channel[i as usize] *= factor;
+        let throughput = &mut self.states[i as usize].throughput;
+        for (channel, factor) in throughput.iter_mut().zip(factor.to_array()) {
+            *channel *= factor;
         }
     }
 }
@@ -72,15 +91,9 @@ impl<T> Walks<T> {
 impl<T: Copy> Walks<T> {
     /// A stream without walks, with space for `count`.
     pub(crate) fn with_capacity(count: usize) -> Self {
-        let floats = || Vec::with_capacity(count);
         Walks {
             rays: Vec::with_capacity(count),
-            throughput: [floats(), floats(), floats()],
-            eta_squared: floats(),
-            segments: Vec::with_capacity(count),
-            previous: Vec::with_capacity(count),
-            samplers: Vec::with_capacity(count),
-            payload: Vec::with_capacity(count),
+            states: Vec::with_capacity(count),
         }
     }
 
@@ -90,26 +103,14 @@ impl<T: Copy> Walks<T> {
 
     pub(crate) fn clear(&mut self) {
         self.rays.clear();
-        self.throughput.iter_mut().for_each(Vec::clear);
-        self.eta_squared.clear();
-        self.segments.clear();
-        self.previous.clear();
-        self.samplers.clear();
-        self.payload.clear();
+        self.states.clear();
     }
 
     /// Appends a walk.
     #[inline(always)]
     pub(crate) fn push(&mut self, walk: WalkRow<T>) {
         self.rays.push(walk.ray);
-        for (channel, value) in self.throughput.iter_mut().zip(walk.throughput) {
-            channel.push(value);
-        }
-        self.eta_squared.push(walk.eta_squared);
-        self.segments.push(walk.segments);
-        self.previous.push(walk.previous);
-        self.samplers.push(walk.sampler);
-        self.payload.push(walk.payload);
+        self.states.push(walk.state);
     }
 
     /// Appends walks.
@@ -120,16 +121,15 @@ impl<T: Copy> Walks<T> {
     /// The throughput of the walks `index[i]`.
     #[inline(always)]
     pub(crate) fn throughput<S: Width>(&self, s: S, index: &S::Each<u32>) -> Color<S> {
-        let index = index.as_ref();
-        let channel = |k: usize| Float::from_fn(s, |i| self.throughput[k][index[i] as usize]);
+        let of_lane = |i: usize| &self.state(index.as_ref()[i]).throughput;
+        let channel = |k: usize| Float::from_fn(s, |i| of_lane(i)[k]);
         Color::new(channel(0), channel(1), channel(2))
     }
 
     /// The throughput of walk `i`.
     #[inline(always)]
     pub(crate) fn throughput_of(&self, i: u32) -> Rgb {
-        let [r, g, b] = &self.throughput;
-        Rgb::new(r[i as usize], g[i as usize], b[i as usize])
+        Rgb::from(self.state(i).throughput)
     }
 
     /// The last events of the walks `index[i]`.
@@ -139,7 +139,7 @@ impl<T: Copy> Walks<T> {
         s: S,
         index: &S::Each<u32>,
     ) -> PreviousEvents<S> {
-        let previous = |i: usize| &self.previous[index.as_ref()[i] as usize];
+        let previous = |i: usize| &self.state(index.as_ref()[i]).previous;
         let (mut has_normal, mut has_next_event) = (0, 0);
         for i in 0..S::LANES {
             let event = previous(i).event;
@@ -160,6 +160,6 @@ impl<T: Copy> Walks<T> {
     /// The class of the last event of walk `i`.
     #[inline(always)]
     pub(crate) fn event(&self, i: u32) -> Lobes {
-        self.previous[i as usize].event
+        self.state(i).previous.event
     }
 }
