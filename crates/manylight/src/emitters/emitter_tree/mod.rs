@@ -21,7 +21,7 @@ use crate::lanes::{Float, LANES, Lanes, Mask, Width, Word};
 use crate::simd::{Isa, outlined, set_bits};
 use binary::ClusterNode;
 use importance::TreeReceivers;
-use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by, prefix_sums};
+use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by};
 
 /// Children of a node per receiver in it, up to which the children are visited one by one, with the
 /// receivers in lanes. Beyond, the receivers are visited one by one, with the children in lanes.
@@ -238,7 +238,7 @@ impl EmitterTree {
             for lane in set_bits(lanes.bits()) {
                 let importances = self.importances(node, receivers, lane);
                 let importance = importances[child.as_ref()[lane] as usize % LANES];
-                let total = prefix_sums(&importances)[LANES - 1];
+                let total: f32 = importances.iter().sum();
                 let probability = if importance > 0.0 {
                     importance / total
                 } else {

@@ -220,8 +220,12 @@ impl<S: Width> ChosenChild<S> {
 /// its probability, and the rest.
 #[inline(always)]
 pub(super) fn choose_by(importances: &Lanes, u: f32) -> Option<(usize, f32, f32)> {
-    let ends = prefix_sums(importances);
-    let total = ends[LANES - 1];
+    let mut ends = [0.0; LANES];
+    let mut total = 0.0;
+    for (end, importance) in ends.iter_mut().zip(importances) {
+        total += importance;
+        *end = total;
+    }
     if total <= 0.0 {
         return None;
     }
@@ -235,25 +239,4 @@ pub(super) fn choose_by(importances: &Lanes, u: f32) -> Option<(usize, f32, f32)
     let before = if chosen == 0 { 0.0 } else { ends[chosen - 1] };
     let rest = ((target - before) / importance).clamp(0.0, ONE_MINUS_EPSILON);
     Some((chosen, importance / total, rest))
-}
-
-/// The sums up to each value. Quarters are summed side by side, because each addition waits for the
-/// one before.
-#[inline(always)]
-pub(super) fn prefix_sums(values: &Lanes) -> Lanes {
-    const QUARTER: usize = LANES / 4;
-    let mut sums = *values;
-    for k in 1..QUARTER {
-        for start in [0, QUARTER, 2 * QUARTER, 3 * QUARTER] {
-            sums[start + k] += sums[start + k - 1];
-        }
-    }
-    let ends = [1, 2, 3].map(|quarter| sums[quarter * QUARTER - 1]);
-    let before = [ends[0], ends[0] + ends[1], ends[0] + ends[1] + ends[2]];
-    for (quarter, before) in before.into_iter().enumerate() {
-        for sum in &mut sums[(quarter + 1) * QUARTER..][..QUARTER] {
-            *sum += before;
-        }
-    }
-    sums
 }
