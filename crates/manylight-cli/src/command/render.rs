@@ -12,13 +12,12 @@ use crate::kept_lights::{ShadingLights, request_with_lights};
 use crate::output::{Console, print_data, print_message, print_warnings};
 use crate::picture::{PictureFacts, PictureSource};
 use crate::pre_pass::{choose, print_choice};
-use crate::prepared::Prepared;
+use crate::prepared::{Prepared, RenderedFilm};
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, thread_pool};
 use crate::stated_error::error_bars;
-use crate::target_error::StatingError;
 use manylight::render::Stats;
 use manylight_denoise::Oidn;
 use manylight_io::part::{LightsFile, check_part_writable};
@@ -128,31 +127,20 @@ impl Run<'_> {
             return self.interrupted_lights();
         }
         let mut preview = RenderPreview::start(self.args, session, &self.console);
-        let Prepared {
-            job,
-            identity,
-            resumed,
-            features,
-        } = Prepared::new(
-            session,
-            lights.kept(),
-            preview.memory(&session.job()),
-            interrupt,
-        )?;
-        let goal = ProgressGoal::new(job.budget, display);
-        let (outcome, checkpoint) =
-            progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
-                let observer = &mut StatingError {
-                    session,
-                    oidn,
-                    features: features.as_ref(),
-                    interrupt,
-                    observer: &mut preview.beside(observer),
-                };
-                resumed.render(session, &job, &identity, interrupt, &self.console, observer)
-            });
-        let denoised = session.denoise(oidn, &outcome.film, features.as_ref(), interrupt);
+        let beside = preview.memory(&session.job());
+        let prepared = Prepared::new(session, oidn, lights.kept(), beside, interrupt)?;
+        let goal = ProgressGoal::new(prepared.job.budget, display);
+        let rendered = progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
+            prepared.render(&self.console, &mut preview.beside(observer))
+        });
+        let denoised = rendered.denoise();
         denoised.warn_if_interrupted();
+        let RenderedFilm {
+            job,
+            outcome,
+            checkpoint,
+            ..
+        } = rendered;
         pool.install(|| preview.finish(&outcome, denoised.picture.as_ref(), stats));
         self.warn_of_samples();
 

@@ -11,7 +11,6 @@ use crate::pre_pass::choose;
 use crate::prepared::Prepared;
 use crate::session::Session;
 use crate::stated_error::error_bars;
-use crate::target_error::StatingError;
 use manylight::film::Film;
 use manylight::render::{Observer, RenderJob, Stop};
 use manylight_denoise::DenoisedImage;
@@ -92,27 +91,16 @@ impl Session {
         let oidn = open_denoiser(&self.request.denoise, self.request.run.threads())?;
         choose(self, oidn.as_ref())?;
         let lights = ShadingLights::of(self, interrupt)?;
-        let Prepared {
-            job,
-            identity,
-            resumed,
-            features,
-        } = Prepared::new(self, lights.kept(), None, interrupt)?;
-        let console = Console::default();
-        let observer = &mut StatingError {
-            session: self,
-            oidn: oidn.as_ref(),
-            features: features.as_ref(),
-            interrupt,
-            observer,
-        };
-        let (outcome, checkpoint) =
-            resumed.render(self, &job, &identity, interrupt, &console, observer);
-        let denoised = self.denoise(oidn.as_ref(), &outcome.film, features.as_ref(), interrupt);
-        let failures = checkpoint.err().map(Failure::from).into_iter();
+        let prepared = Prepared::new(self, oidn.as_ref(), lights.kept(), None, interrupt)?;
+        let rendered = prepared.render(&Console::default(), observer);
+        let denoised = rendered.denoise();
+        let outcome = &rendered.outcome;
+        let picture = self.picture_of(&rendered.job, &outcome.film, denoised.picture.as_ref());
+        let interrupted = outcome.stop == Stop::Cancelled || denoised.interrupted;
+        let failures = rendered.checkpoint.err().map(Failure::from).into_iter();
         Ok(Rendered {
-            picture: self.picture_of(&job, &outcome.film, denoised.picture.as_ref()),
-            interrupted: outcome.stop == Stop::Cancelled || denoised.interrupted,
+            picture,
+            interrupted,
             failures: failures.chain(denoised.failure).collect(),
         })
     }
