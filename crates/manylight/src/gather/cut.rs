@@ -23,7 +23,8 @@ use crate::simd::{Isa, Simd, SimdKernel};
 /// relMSE -2.3 and +4.5 % (standard error 2 %).
 const ROUND: usize = 64;
 /// In a round, this fraction of a large cut is refined (one over the number), so that it needs no
-/// more rounds than a small one.
+/// more rounds than a small one. At 8 and 2 (a pass of 4096 lights at 72x40, 6 seeds; Kitchen, Glossy
+/// Room, U-Shape): relMSE -0.3 and +6.9 % (standard error 1 %).
 const ROUND_DIVISOR: usize = 4;
 /// A point counts as no darker than this fraction of the brightest point that shares its cut. With
 /// an error of 2 % it allows 0.0002 of the brightest, below a step of an 8-bit sRGB picture near

@@ -19,7 +19,8 @@ pub(super) const MAX_DIRECTIONS: usize = 16;
 /// (standard error 1 %).
 pub(super) const LOBE_DIRECTIONS: usize = 4;
 /// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at
-/// half the height.
+/// half the height. At 0.85 and 3.4 (2 passes of `rich-vsl`, 128 lights at 72x40, 6 seeds; Kitchen,
+/// Glossy Room, U-Shape): relMSE -0.4 and +3.9 % (standard error 1 %).
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
 /// Step between successive angles, as a fraction of a turn: the golden ratio.
 const GOLDEN_TURN: f32 = 0.618_034;

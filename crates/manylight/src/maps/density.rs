@@ -17,9 +17,11 @@ use std::f32::consts::FRAC_1_PI;
 pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
 /// Largest distance from the position of an estimate at which it is reused, relative to its
-/// bandwidth.
+/// bandwidth. At 0.1 and 0.4 (2 passes of 128 lights at 72x40, 6 seeds; Kitchen, Glossy Room,
+/// U-Shape): relMSE -2.0 and +1.1 % (standard error 2 %).
 const REUSE_RADIUS: f32 = 0.2;
-/// Smallest cosine between the normals of an estimate and its reuse: 8°.
+/// Smallest cosine between the normals of an estimate and its reuse: 8°. At 4° and 16° (likewise, 6
+/// and 18 seeds): relMSE -1.2 and -1.4 % (standard error 2 and 1.4 %).
 const REUSE_MIN_COS: f32 = 0.99;
 /// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one
 /// smooth object, and it excludes the other side of a wall.

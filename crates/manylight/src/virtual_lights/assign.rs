@@ -24,7 +24,8 @@ const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;
 /// Surface represented by an additional light, in units of the surface per light around it. It
 /// represents many unassigned photons around it; with the factor 1 the clamp treats it as a small
-/// bright light, which makes dark halos beside thin objects.
+/// bright light, which makes dark halos beside thin objects. At 8 and 32 (2 passes of 128 lights at
+/// 72x40, 6 seeds; Kitchen, Glossy Room, U-Shape): relMSE +1.2 and 0 % (standard error 0.7 %).
 const UNASSIGNED_SURFACE: f32 = 16.0;
 
 /// Assigns every photon to the nearest light, and thins unassigned photons into lights of one

@@ -35,6 +35,8 @@ const WIDE_ROUGHNESS: f32 = 0.3;
 /// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is
 /// reduced to it. The ratio is unbounded where light grazes the geometric surface under a tilted
 /// shading normal: a rare photon would make a profile of many times its flux.
+/// At 1.4 and 4 (2 passes of 128 lights at 72x40, 6 seeds; Kitchen, Glossy Room, U-Shape): the same
+/// picture.
 const MAX_TILT: f32 = 2.0;
 /// Number of lights that are made at a time: profiles that are not stored yet take memory, too.
 const LIGHTS_AT_A_TIME: usize = 4096;

@@ -24,7 +24,8 @@ use crate::virtual_lights::{PhotonClusters, Site, VirtualLights, build_lights, s
 const PHOTONS_PER_LIGHT: usize = 1024;
 /// Probability of placement that follows flux alone, relative to that which follows importance
 /// times flux. Where importons have missed what matters, photons would otherwise be assigned to a
-/// few lights far off, which is a bias.
+/// few lights far off, which is a bias. At 0.05 and 0.2 (2 passes of 128 lights at 72x40, 6 seeds;
+/// Kitchen, Glossy Room, U-Shape): relMSE -1.9 and -1.3 % (standard error 2 %).
 const PLACED_BY_FLUX: f32 = 0.1;
 
 /// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated:

@@ -15,7 +15,8 @@ use crate::integrators::partition::PathStage;
 use crate::sampling::{LowDiscrepancySequence, Sampler};
 
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes
-/// and the choice between reflection and refraction are noisy.
+/// and the choice between reflection and refraction are noisy. At 4 and 16 (2 passes of 128 lights at
+/// 72x40, 6 seeds; Kitchen, Glossy Room, U-Shape): relMSE +1.6 and +0.6 % (standard error 1 %).
 pub(super) const SPLIT: u32 = 8;
 /// Camera paths that look for emitters, per path that gathers. Lamps that are smaller than a pixel,
 /// and their edges and reflections, have much noise, and these paths cost little. Measured at 1, 4
