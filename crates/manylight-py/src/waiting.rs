@@ -47,8 +47,8 @@ impl Observer for Reporter {
 }
 
 /// Runs `work` on another thread, without the lock of the interpreter. `progress` is called with
-/// (passes, total passes or None, seconds) after each pass. Ctrl-C stops the render, and `work` then returns what it has.
-/// The second value says whether this happened.
+/// (passes, total passes or None, seconds) after each pass. Ctrl-C stops the render, and `work` then
+/// returns what it has. The second value says whether this happened.
 ///
 /// # Errors
 /// An exception of `progress` or of a signal handler, after `work` has ended; or `work` panicked.
