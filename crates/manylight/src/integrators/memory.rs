@@ -115,9 +115,9 @@ pub fn estimated_memory(
         MethodKind::ManyLight(lights) | MethodKind::Mixed(Mixed { lights, .. }) => {
             let last = passes.map_or(LATE_PASS, |n| n.saturating_sub(1));
             let (lights, kept) = match sets {
-                LightSets::One | LightSets::Given => (*lights, 1),
+                LightSets::One | LightSets::Given => (with_most_photons(lights, scene), 1),
                 LightSets::All => {
-                    let lights = lights.of_frames(passes);
+                    let lights = with_most_photons(&lights.of_frames(passes), scene);
                     (lights, passes.map_or(1, |n| lights.group_count(n)))
                 }
             };
@@ -143,7 +143,6 @@ fn of_many_light(
     last: u32,
 ) -> [StageMemory; 4] {
     let scene = probes.scene;
-    let method = &with_most_photons(method, scene);
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * f64::from(group.subsets);

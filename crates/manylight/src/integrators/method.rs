@@ -1,10 +1,10 @@
 //! The methods with their settings, and the film layers that each fills.
 
-use super::many_light::{Compensation, ManyLight, Strategy};
+use super::many_light::{Compensation, ManyLight, Strategy, with_most_photons};
 use super::mixed::Mixed;
 use super::photon_map::PhotonMap;
 use crate::film::{Half, IdLayer, Layer};
-use crate::scene::PathLimits;
+use crate::scene::{PathLimits, Scene};
 
 /// A method with its settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,10 +107,12 @@ impl Method {
         method
     }
 
-    /// Sets of virtual lights of the first `passes` passes; 1 if they have no end.
-    pub(crate) fn group_count(&self, passes: Option<u32>) -> u32 {
+    /// Most sets of virtual lights of the first `passes` passes in `scene`; 1 if they have no end.
+    pub(crate) fn max_group_count(&self, scene: &Scene, passes: Option<u32>) -> u32 {
         let lights = self.lights().zip(passes);
-        lights.map_or(1, |(lights, passes)| lights.group_count(passes))
+        lights.map_or(1, |(lights, passes)| {
+            with_most_photons(lights, scene).group_count(passes)
+        })
     }
 
     /// The half of the passes to which pass `index` belongs. Passes of different halves share

@@ -162,7 +162,7 @@ impl<'j, 's> Walkthrough<'j, 's> {
     /// are kept.
     pub fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
         let method = job.method_of_many_passes();
-        let kept = method.group_count(job.budget.passes) as usize;
+        let kept = method.max_group_count(job.scene, job.budget.passes) as usize;
         Walkthrough(Passes::new(job, method, stats, kept))
     }
 
