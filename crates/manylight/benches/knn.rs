@@ -62,7 +62,7 @@ fn photons(count: usize) -> Vec<Vec3> {
     for index in 0.. {
         let photons = trace_photons(
             &scene,
-            &scene.emission_guide(),
+            &scene.infinite_light_guide(),
             limits,
             1 << 18,
             Pass { seed: 0, index },

@@ -37,7 +37,7 @@ pub(crate) fn load(path: &Path) -> Scene {
 /// About `count` virtual lights made by `method` without compensation, and the times of the stages.
 pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (PreparedPasses<'_>, Stats) {
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
-    let guide = scene.emission_guide();
+    let guide = scene.infinite_light_guide();
     let run = PassContext::of_picture(scene, Pass { seed: 1, index: 0 }, &guide, &stats, &cancel);
     let method = ManyLight {
         light_count: count,

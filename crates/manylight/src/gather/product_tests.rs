@@ -223,7 +223,7 @@ fn the_weights_of_all_techniques_sum_to_one() {
     let scene = many_materials();
     let lights = lights(&scene, None, UNLIMITED).with_tree_of_bounded_lights();
     let all = lights.set.lights();
-    let guide = scene.emission_guide();
+    let guide = scene.infinite_light_guide();
     let photons = trace_photons(
         &scene,
         &guide,

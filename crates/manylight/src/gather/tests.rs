@@ -42,7 +42,7 @@ pub(super) fn lights(
 ) -> LightIndex<'_> {
     let photons = trace_photons(
         scene,
-        &scene.emission_guide(),
+        &scene.infinite_light_guide(),
         limits,
         2000,
         PASS,
@@ -506,7 +506,7 @@ fn roulette_keeps_the_mean() {
 pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
     let photons = trace_photons(
         scene,
-        &scene.emission_guide(),
+        &scene.infinite_light_guide(),
         UNLIMITED,
         8000,
         PASS,

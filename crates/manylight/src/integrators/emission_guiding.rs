@@ -107,7 +107,7 @@ impl Method {
         if !self.emits_photons() {
             return GuidedEmission::default();
         }
-        let guide = scene.emission_guide();
+        let guide = scene.infinite_light_guide();
         let counted = match &self.kind {
             // Every photon is connected with the camera.
             MethodKind::LightTracer => CountedPhotons::All,

@@ -42,7 +42,7 @@ fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, V
     let pass = Pass { seed: 3, index: 1 };
     let photons = trace_photons(
         scene,
-        &scene.emission_guide(),
+        &scene.infinite_light_guide(),
         limits,
         4000,
         pass,

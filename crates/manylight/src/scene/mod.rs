@@ -30,7 +30,7 @@ use crate::sampling::{Pass, Sampler, Stream};
 use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{Texture, TexturePoint};
 
-/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. With half and twice as many,
+/// Camera rays of the guiding pre-pass, see [`Scene::infinite_light_guide`]. With half and twice as many,
 /// the pixel variance of `photon-map` with 50,000 photon paths is 1.31 and .94 times as large in the
 /// third-party kitchen, 1.07 and 1.04 in the living-room, 1.45 and 1.36 in the classroom (16 seeds
 /// at 128x72; the guide itself is random), and the time .76 to .86 and 1.04 to 1.09.
@@ -174,7 +174,7 @@ impl Scene {
     /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates
     /// them on the part of the scene that the cameras see. Depends on the scene alone, and takes a
     /// pre-pass to compute, so make it once per render.
-    pub fn emission_guide(&self) -> EmissionGuide {
+    pub fn infinite_light_guide(&self) -> EmissionGuide {
         let rays = || {
             let pass = Pass { seed: 0, index: 0 };
             let ray = |i| self.random_camera_ray(i, &mut pass.sampler(Stream::Pass, i));

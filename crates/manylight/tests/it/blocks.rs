@@ -86,7 +86,7 @@ fn a_pass_alone_is_what_it_is_in_a_run() {
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let guide = if job.method.emits_photons() {
-            scene.emission_guide()
+            scene.infinite_light_guide()
         } else {
             EmissionGuide::default()
         };

@@ -15,7 +15,7 @@ const SIZE: u32 = 48;
 
 fn maps(scene: &Scene, method: ManyLight) -> InterimMaps {
     let (guide, stats, never) = (
-        scene.emission_guide(),
+        scene.infinite_light_guide(),
         Stats::default(),
         AtomicBool::new(false),
     );

@@ -142,7 +142,7 @@ fn first_surfaces_are_those_of_both_methods() {
 
 fn pre_pass(scene: &Scene, seed: u64) -> ChoicePrePass {
     let (guide, stats, never) = (
-        scene.emission_guide(),
+        scene.infinite_light_guide(),
         Stats::default(),
         AtomicBool::new(false),
     );

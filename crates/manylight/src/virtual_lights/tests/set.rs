@@ -127,7 +127,7 @@ fn the_flux_of_a_room_balances() {
     let scene = crate::testing::scenes::glossy_box(8).build();
     let photons = trace_photons(
         &scene,
-        &scene.emission_guide(),
+        &scene.infinite_light_guide(),
         unlimited(),
         4000,
         Pass { index: 0, seed: 1 },
