@@ -114,12 +114,16 @@ pub(crate) fn line(choice: &Choice) -> String {
         path,
         lights,
         mixed,
+        missed,
         filtered,
-        ..
     } = choice.errors;
     let state = if filtered { "denoised" } else { "as rendered" };
+    let missed = match missed > 0.0 {
+        true => format!(" and light that it misses {missed:.2e}"),
+        false => String::new(),
+    };
     format!(
-        "auto: {chosen} (errors at equal computation, {state}: path {path:.2e}, rich-vpl {lights:.2e}, both {mixed:.2e})"
+        "auto: {chosen} (errors at equal computation, {state}: path {path:.2e}{missed}, rich-vpl {lights:.2e}, both {mixed:.2e})"
     )
 }
 

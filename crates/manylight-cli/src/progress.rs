@@ -35,6 +35,8 @@ const BAR_STEPS: u64 = 10_000;
 pub(crate) struct ProgressGoal {
     /// Limits of the render.
     pub(crate) budget: Budget,
+    /// Passes that were counted before the first one of the render: those of other frames.
+    pub(crate) before: u64,
     /// Kind of display.
     pub(crate) kind: ProgressKind,
 }
@@ -48,7 +50,11 @@ impl ProgressGoal {
             ProgressKind::Auto => ProgressKind::Plain,
             kind => kind,
         };
-        ProgressGoal { budget, kind }
+        ProgressGoal {
+            budget,
+            before: 0,
+            kind,
+        }
     }
 }
 
@@ -75,6 +81,7 @@ pub(crate) fn show<T: Send>(
             console,
             error: &error,
             start: Instant::now(),
+            passes_at_start: Stats::get(&stats.passes),
         };
         if goal.kind != ProgressKind::None {
             scope.spawn(move || watch.run(until_done));
@@ -116,6 +123,8 @@ impl Observer for ErrorEstimate<'_> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Snapshot {
     passes: u64,
+    /// Those of them that a checkpoint had, in no time.
+    resumed: u64,
     tiles_done: u64,
     tiles: u64,
     elapsed: f64,
@@ -134,10 +143,16 @@ impl Snapshot {
 
     /// Used fraction of the budget, in [0, 1]; `None` if only an error bound ends the render.
     fn fraction(&self) -> Option<f64> {
+        self.fraction_after(0)
+    }
+
+    /// [`Snapshot::fraction`] of what the budget has beyond the first `resumed` passes.
+    fn fraction_after(&self, resumed: u64) -> Option<f64> {
+        let resumed = resumed as f64;
         let by_passes = self
             .budget
             .passes
-            .map(|n| self.fractional_passes() / f64::from(n));
+            .map(|n| (self.fractional_passes() - resumed) / (f64::from(n) - resumed).max(1.0));
         let by_time = self
             .budget
             .time
@@ -152,7 +167,7 @@ impl Snapshot {
     /// Estimated remaining time in seconds, in proportion to the elapsed time; `None` if it is not
     /// known.
     fn remaining(&self) -> Option<f64> {
-        let fraction = self.fraction()?;
+        let fraction = self.fraction_after(self.resumed)?;
         (fraction > 0.0).then(|| self.elapsed * (1.0 - fraction) / fraction)
     }
 
@@ -206,12 +221,14 @@ struct Watch<'a> {
     console: &'a Console,
     error: &'a AtomicU32,
     start: Instant,
+    passes_at_start: u64,
 }
 
 impl Watch<'_> {
     fn snapshot(&self) -> Snapshot {
         Snapshot {
-            passes: Stats::get(&self.stats.passes),
+            passes: Stats::get(&self.stats.passes) - self.goal.before,
+            resumed: self.passes_at_start - self.goal.before,
             tiles_done: Stats::get(&self.stats.tiles_done),
             tiles: Stats::get(&self.stats.tiles),
             elapsed: self.start.elapsed().as_secs_f64(),
@@ -313,6 +330,7 @@ mod tests {
     fn snapshot(budget: Budget) -> Snapshot {
         Snapshot {
             passes: 3,
+            resumed: 0,
             tiles_done: 50,
             tiles: 100,
             elapsed: 7.0,
@@ -330,6 +348,13 @@ mod tests {
         };
         assert_eq!(snapshot(passes).fraction(), Some(0.5));
         assert_eq!(snapshot(passes).remaining(), Some(7.0));
+        let resumed = Snapshot {
+            resumed: 2,
+            ..snapshot(passes)
+        };
+        let spent = 1.5 / 5.0;
+        assert_eq!(resumed.fraction(), Some(0.5));
+        assert_eq!(resumed.remaining(), Some(7.0 * (1.0 - spent) / spent));
         let both = Budget {
             time: Some(Duration::from_secs(10)),
             ..passes
@@ -378,7 +403,11 @@ mod tests {
                 time: None,
                 relative_error: None,
             };
-            let goal = ProgressGoal { budget, kind };
+            let goal = ProgressGoal {
+                budget,
+                before: 0,
+                kind,
+            };
             let (stats, never) = (Stats::default(), AtomicBool::new(false));
             let result = show(goal, &stats, &never, &Console::default(), |_| 42);
             assert_eq!(result, 42);

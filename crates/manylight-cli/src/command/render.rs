@@ -238,15 +238,21 @@ fn print_next_step(report: &RenderReport) {
         );
         return;
     }
+    // Of what these two show, a path tracer is no reference.
+    if ["aov", "direct"].contains(&request.paths.method.name) {
+        return;
+    }
     let exr = request
         .outputs
         .iter()
         .find(|path| path.extension().is_some_and(|e| e == "exr"));
     let scene = shown_path(&request.scene);
+    let size = request.camera.size;
+    let size = size.map_or_else(String::new, |size| format!(" --size {}x{}", size.x, size.y));
     match exr {
         Some(image) if request.paths.method.name != "path" => {
             print_message(format_args!(
-                "next: manylight render {scene} -m path --spp 256 -o reference.exr\n      \
+                "next: manylight render {scene} -m path --spp 256{size} -o reference.exr\n      \
                  manylight compare {} reference.exr",
                 shown_path(image)
             ));

@@ -15,7 +15,7 @@ use crate::session::Session;
 use crate::stated_error::{error_bars, sentence};
 use crate::values::FrameRange;
 use manylight::film::Film;
-use manylight::render::{RenderJob, Stop, Walkthrough};
+use manylight::render::{RenderJob, Stats, Stop, Walkthrough};
 use manylight_denoise::Oidn;
 use manylight_io::{check_replaceable, shown_path};
 use serde_json::json;
@@ -55,7 +55,10 @@ impl Run<'_> {
                 ..job.clone()
             };
             let features = session.features(&mut of_frame, interrupt);
-            let goal = ProgressGoal::new(job.budget, display);
+            let goal = ProgressGoal {
+                before: Stats::get(&stats.passes),
+                ..ProgressGoal::new(job.budget, display)
+            };
             let outcome =
                 progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
                     pool.install(|| walkthrough.render(index, interrupt.cancel(), observer))
