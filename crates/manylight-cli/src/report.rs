@@ -138,7 +138,7 @@ impl RenderReport<'_> {
             entries.push(("error.at_most".into(), error.at_most.to_string()));
             entries.push(("error.blocks".into(), error.blocks.to_string()));
         }
-        let total: Duration = self.stats.stages().iter().map(|(_, time)| *time).sum();
+        let total = self.stats.total_time();
         entries.push(("seconds".into(), format!("{:.3}", total.as_secs_f64())));
         for (name, time) in self.stats.stages() {
             entries.push((
@@ -162,7 +162,7 @@ impl RenderReport<'_> {
     /// `--verbose`.
     pub(crate) fn print_times(&self, display: DisplayArgs) {
         let stages = self.stats.stages();
-        let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();
+        let total = self.stats.total_time().as_secs_f64();
         let is_listed = |time: &Duration| display.verbose || time.as_secs_f64() > 0.05 * total;
         let parts = stages.iter().filter(|(_, time)| is_listed(time));
         let parts: Vec<_> = parts

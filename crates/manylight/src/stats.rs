@@ -1,6 +1,7 @@
 //! Statistics of a render: stage times and counters. Written by many threads; readable at any time,
 //! by progress displays.
 
+use std::cell::Cell;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -9,6 +10,8 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub struct Stats {
     stages: Mutex<Vec<(&'static str, Duration)>>,
+    /// Time of stages within others, which counts in both, in ns.
+    nested: AtomicU64,
     /// Number of camera paths traced.
     pub camera_paths: AtomicU64,
     /// Number of photon paths traced.
@@ -40,13 +43,31 @@ pub struct Stats {
     pub passes: AtomicU64,
 }
 
+thread_local! {
+    /// Stages that this thread is in.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
 impl Stats {
-    /// Runs `work` and adds its wall time to the stage `name`.
+    /// Runs `work` and adds its wall time to the stage `name`. A stage may run within another, as
+    /// virtual lights are made for the pre-pass of a choice: the time counts in both.
     pub fn time<T>(&self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let depth = DEPTH.replace(DEPTH.get() + 1);
         let start = Instant::now();
         let result = work();
-        self.add_time(name, start.elapsed());
+        let elapsed = start.elapsed();
+        DEPTH.set(depth);
+        self.add_time(name, elapsed);
+        if depth > 0 {
+            Self::count(&self.nested, elapsed.as_nanos() as u64);
+        }
         result
+    }
+
+    /// Time of all stages together; of stages within others, only that of the outer one.
+    pub fn total_time(&self) -> Duration {
+        let sum: Duration = self.stages().iter().map(|(_, time)| *time).sum();
+        sum.saturating_sub(Duration::from_nanos(Self::get(&self.nested)))
     }
 
     /// Adds a duration to the stage `name`. Stages are ordered by their first use.
@@ -96,5 +117,25 @@ impl Stats {
     /// Reads a counter.
     pub fn get(counter: &AtomicU64) -> u64 {
         counter.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_within_others_count_once_in_the_total() {
+        let stats = Stats::default();
+        let pause = || std::thread::sleep(Duration::from_millis(5));
+        stats.time("choice", || {
+            pause();
+            stats.time("lights", || stats.time("photons", pause));
+        });
+        stats.time("shade", pause);
+        let stages = stats.stages();
+        let of = |name| stages.iter().find(|stage| stage.0 == name).unwrap().1;
+        assert_eq!(stats.total_time(), of("choice") + of("shade"));
+        assert!(of("choice") >= of("lights") && of("lights") >= of("photons"));
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn write_share(
     let report = session.report(job, passes.unwrap_or_default());
     let (scene, metadata) = (&session.scene, report.metadata());
     let facts = PictureFacts::new(scene, &scene.sensor, film.id_layers(), metadata);
-    let seconds = stats.stages().iter().map(|(_, time)| *time).sum();
+    let seconds = stats.total_time();
     let state = json!(RunState::new(stats, seconds));
     let header = PartHeader::new(&film, identity, state, json!(facts));
     let group = |sums: &PassSums| block_group(sums.passes().start / film.block());
