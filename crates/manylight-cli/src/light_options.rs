@@ -289,7 +289,7 @@ const fn photons<M>(
         name: "photons",
         short: None,
         value: "N",
-        help: "Emitted photon paths per pass; under --lights auto of a picture of up to 640x360 pixels, larger ones have more. Default: the preset's, and at least 64 per virtual light",
+        help: "Emitted photon paths per pass. Under --lights auto, pictures of more than 640x360 pixels have more in proportion. Default: the preset's, and at least 64 per virtual light",
         needs: None,
         words: None,
         set,

@@ -123,7 +123,7 @@ impl Observer for ErrorEstimate<'_> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Snapshot {
     passes: u64,
-    /// Those of them that a checkpoint had, in no time.
+    /// Passes of a checkpoint, which are not part of the elapsed time.
     resumed: u64,
     tiles_done: u64,
     tiles: u64,

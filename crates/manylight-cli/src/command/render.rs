@@ -238,7 +238,7 @@ fn print_next_step(report: &RenderReport) {
         );
         return;
     }
-    // Of what these two show, a path tracer is no reference.
+    // A path tracer shows more light than these methods: its picture is no reference for them.
     if ["aov", "direct"].contains(&request.paths.method.name) {
         return;
     }

@@ -115,8 +115,8 @@ pub(super) fn compensate(tile: &mut TileGather, y: &DirectionEnd, sampler: &mut 
     }
 }
 
-/// The normal at `y` on the side whose light is restored. A transmitting surface is lit from two
-/// sides by different lights: one side is chosen.
+/// The normal at `y` on the side at which light is restored. Different lights light the two sides of
+/// a transmitting surface: one side is chosen.
 fn lit_side(y: &DirectionEnd, sampler: &mut Sampler) -> Vec3 {
     if y.transmits && sampler.next_1d() >= 0.5 {
         -y.n

@@ -62,8 +62,8 @@ impl<T> WalkRow<T> {
         WalkRow { ray, state }
     }
 
-    /// The same, whose last event had no next-event estimation: all light of an emitter that the
-    /// segment meets counts. So it is after an event of a [`Lobes::DELTA`] lobe
+    /// The walk without MIS against next-event estimation at its last event: emission that the
+    /// segment meets has weight 1, as after an event of a [`Lobes::DELTA`] lobe
     /// ([`PreviousEvents::has_next_event`]).
     #[inline(always)]
     pub(crate) fn without_next_event(mut self) -> Self {
