@@ -91,21 +91,24 @@ impl SourceCode for SourceText {
         }
         let first = self.line_index(start).saturating_sub(lines_before);
         let last = self.line_index(end).saturating_add(lines_after);
-        let from = self.line_start(first).max(start.saturating_sub(MARGIN));
+        // Without lines before it, an excerpt begins at the place: messages name its column.
+        let from = match lines_before {
+            0 => start,
+            _ => self.line_start(first).max(start.saturating_sub(MARGIN)),
+        };
         let to = self
             .line_start(last.saturating_add(1))
             .min(end.saturating_add(MARGIN));
         let from = self.text.floor_char_boundary(from);
         let to = self.text.ceil_char_boundary(to);
-        let line = self.line_index(from);
-        let column = self.text[self.line_start(line)..from].chars().count();
+        let (line, column) = self.line_and_column(from);
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
             &self.shown().as_bytes()[from..to],
             (from, to - from).into(),
-            line,
-            column,
-            self.line_index(to) - line + 1,
+            line as usize - 1,
+            column as usize - 1,
+            self.line_index(to) + 2 - line as usize,
         )))
     }
 }
@@ -146,8 +149,17 @@ mod tests {
     #[test]
     fn excerpts_hide_what_a_terminal_obeys() {
         let source = source("<a b=\"\u{1b}[31m\u{9b}\"/>");
-        let contents = source.read_span(&(3, 1).into(), 0, 0).unwrap();
+        let contents = source.read_span(&(3, 1).into(), 1, 0).unwrap();
         assert_eq!(contents.data(), "<a b=\"?[31m\u{b7}\"/>".as_bytes());
+    }
+
+    #[test]
+    fn an_excerpt_without_lines_before_begins_at_its_place() {
+        let source = source("\u{feff}aä\nbcd\n");
+        for (offset, line, column) in [(3, 0, 0), (4, 0, 1), (9, 1, 2)] {
+            let contents = source.read_span(&(offset, 1).into(), 0, 0).unwrap();
+            assert_eq!((contents.line(), contents.column()), (line, column));
+        }
     }
 
     #[test]
