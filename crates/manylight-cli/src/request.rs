@@ -14,14 +14,11 @@ use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::PathLimits;
 use manylight::sensors::SensorDesc;
-use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
+use manylight_io::{LoadOptions, SCENE_EXTENSIONS, shown_path};
 use manylight_lab::text::plural;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-
-/// Extensions of scene files.
-const SCENE_EXTENSIONS: [&str; 4] = ["xml", "pbrt", "gltf", "glb"];
 
 /// A request to render.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +54,26 @@ pub(crate) struct RenderRequest {
 }
 
 impl RenderRequest {
+    /// A warning of layers that are asked for and that no output keeps.
+    pub(crate) fn lost_layers(&self) -> Option<String> {
+        let keeps = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
+        let is_part = self.parts.shard.is_some() || self.parts.checkpoint.is_some();
+        if is_part || self.outputs.iter().any(keeps) {
+            return None;
+        }
+        let option = if !self.picture.aov.is_empty() {
+            "--aov"
+        } else if self.picture.has_light_groups() {
+            "--light-groups"
+        } else {
+            return None;
+        };
+        Some(format!(
+            "{option}: only exr files have layers; add -o {}",
+            shown_path(&self.outputs.first()?.with_extension("exr"))
+        ))
+    }
+
     /// The request of the command `render`.
     ///
     /// # Errors

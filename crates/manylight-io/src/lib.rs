@@ -102,6 +102,7 @@ pub use file_error::{FileError, FileErrorKind, read_text};
 pub use replace::{check_replaceable, is_same_file, write_file};
 pub use scene::{
     DEFAULT_FPS, EnvironmentSource, GltfOptions, LightUnits, LoadOptions, LoadedScene,
-    SupportedFamily, check_scene, load_scene, read_camera_path, scene_digest, supported,
+    SCENE_EXTENSIONS, SupportedFamily, check_scene, load_scene, read_camera_path, scene_digest,
+    supported,
 };
 pub use shown::{clean_text, shown_path};

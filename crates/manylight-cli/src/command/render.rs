@@ -10,6 +10,7 @@ use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::kept_lights::{ShadingLights, request_with_lights};
 use crate::output::{Console, print_data, print_message, print_warnings};
+use crate::part::open_checkpoint;
 use crate::picture::{PictureFacts, PictureSource};
 use crate::pre_pass::{choose, print_choice};
 use crate::prepared::{Prepared, RenderedFilm};
@@ -41,6 +42,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     for path in parts.iter().chain(checkpoint) {
         check_part_writable(path)?;
     }
+    // A wrong checkpoint is refused before the time of loading and of the pre-pass.
+    open_checkpoint(&request)?;
     let interrupt = Interrupt::install()?;
     let oidn = open_denoiser(&request.denoise, request.run.threads())?;
     let run = Run {
@@ -101,6 +104,9 @@ fn load(
     file.check_outputs(request)?;
     if !display.quiet || request.run.strict {
         print_warnings(&file.warnings);
+    }
+    if let Some(warning) = request.lost_layers().filter(|_| !display.quiet) {
+        print_warnings(&[warning]);
     }
     if request.run.strict && !file.warnings.is_empty() {
         return Err(Failure::Strict(file.warnings.len()));

@@ -96,6 +96,23 @@ fn write(
     write_part(path, &header, &groups)
 }
 
+/// The checkpoint that `request` asks to continue from; `None` to start from the beginning.
+///
+/// # Errors
+/// The file cannot be read, or is no checkpoint.
+pub(crate) fn open_checkpoint(request: &RenderRequest) -> Result<Option<PartFile>, Failure> {
+    let Some(path) = &request.parts.resume else {
+        return Ok(None);
+    };
+    let is_own = request.parts.checkpoint.as_ref() == Some(path);
+    if is_own && !path.exists() {
+        return Ok(None);
+    }
+    let part = PartFile::open(path)?;
+    check_kind(&part)?;
+    Ok(Some(part))
+}
+
 /// What a render continues with.
 pub(crate) struct Resumed {
     /// The film with its passes.
@@ -123,25 +140,23 @@ impl Resumed {
         job: &RenderJob,
         identity: &Map<String, Value>,
     ) -> Result<Self, Failure> {
-        let Some(path) = &request.parts.resume else {
+        let Some(part) = open_checkpoint(request)? else {
             return Ok(Resumed::nothing(job));
         };
-        let is_own = request.parts.checkpoint.as_ref() == Some(path);
-        if is_own && !path.exists() {
-            return Ok(Resumed::nothing(job));
-        }
-        let part = PartFile::open(path)?;
-        check_kind(&part)?;
         check_identity(&part, identity, "this command")?;
         part.verify()?;
         let film = read_film(&part, job)?;
         let state = serde_json::from_value(part.header().state.clone()).map_err(|error| {
-            FileError::malformed(path, format!("the header is damaged: {error}"))
+            FileError::malformed(part.path(), format!("the header is damaged: {error}"))
         })?;
         let asked = job.budget.passes;
         if asked.is_some_and(|passes| passes < film.passes()) {
             return Err(Failure::usage(
-                format!("{} has {} passes already", path.display(), film.passes()),
+                format!(
+                    "{} has {} passes already",
+                    part.path().display(),
+                    film.passes()
+                ),
                 "ask for as many --passes or more: they count from the beginning of the render",
             ));
         }

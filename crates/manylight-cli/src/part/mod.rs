@@ -6,6 +6,6 @@ mod merge;
 mod run_state;
 mod shard;
 
-pub(crate) use checkpoint::Resumed;
+pub(crate) use checkpoint::{Resumed, open_checkpoint};
 pub(crate) use merge::{blocks_of, merge_parts};
 pub(crate) use shard::write_share;

@@ -57,6 +57,13 @@ fn layers_have_the_names_of_emitters_or_of_rules() {
         "variance_Combined_rest",
     ];
     assert_eq!(layers("--light-group lamps=k*"), rule);
+    for option in ["--light-groups", "--aov position"] {
+        let words = format!("render scene.xml -m direct --spp 1 {option} -o b.png");
+        let lost = folder.run(&words).code(0);
+        lost.says(&["warning: ", &option[..5], "add -o b.exr"]);
+        let kept = folder.run(&format!("{words} -o b.exr")).code(0);
+        assert!(!kept.stderr().contains("warning"), "{}", kept.stderr());
+    }
     let blender = layers("--light-groups --aov-names blender");
     assert_eq!(blender[0], "ViewLayer.Combined_fill");
 }

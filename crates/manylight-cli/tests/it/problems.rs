@@ -47,6 +47,12 @@ fn a_missing_scene_is_a_matter_of_the_file_system() {
     for words in ["render ./scen.xml", "info ./scen.xml", "check ./scen.xml"] {
         folder.run(words).code(4).says(&["scen.xml", "`scene.xml`"]);
     }
+    for words in ["render .", "info .", "check ."] {
+        folder
+            .run(words)
+            .code(4)
+            .says(&["a folder", "`./scene.xml`"]);
+    }
     folder.run("compare a.exr b.exr").code(4).says(&["b.exr"]);
     assert_eq!(folder.files(), ["scene.xml"]);
 }
@@ -55,12 +61,15 @@ fn a_missing_scene_is_a_matter_of_the_file_system() {
 fn a_broken_scene_is_shown_at_its_place() {
     let broken = Folder::new(&BOX.replace("</scene>", ""));
     broken.run("render scene.xml").code(3).says(&["scene.xml"]);
-    let misspelled = Folder::new(&BOX.replace("\"reflectance\"", "\"reflectence\""));
+    let scene = BOX.replace("\"reflectance\"", "\"reflectence\"");
+    let column = scene.lines().nth(11).unwrap().find("reflectence").unwrap() + 1;
+    let place = format!("scene.xml:12:{column}]");
+    let misspelled = Folder::new(&scene);
     for words in ["render scene.xml", "info scene.xml", "check scene.xml"] {
         misspelled
             .run(words)
             .code(3)
-            .says(&["scene.xml:12:", "reflectence", "`reflectance`"]);
+            .says(&[&place, "reflectence", "`reflectance`"]);
     }
     assert_eq!(misspelled.files(), ["scene.xml"]);
 }

@@ -93,6 +93,9 @@ pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
     sink.into_diagnostics()
 }
 
+/// Extensions of scene files.
+pub const SCENE_EXTENSIONS: [&str; 4] = ["xml", "pbrt", "gltf", "glb"];
+
 /// Format of a scene file.
 enum Format {
     MitsubaXml,
@@ -106,7 +109,11 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         Ok(bytes) => bytes,
         Err(error) => {
             let message = format!("cannot read the scene file `{}`: {error}", shown_path(path));
-            let help = similar_file(path).map(|name| format!("did you mean `{name}`?"));
+            let suggested = match path.is_dir() {
+                true => scene_in(path).map(|file| shown_path(&file)),
+                false => similar_file(path),
+            };
+            let help = suggested.map(|name| format!("did you mean `{name}`?"));
             let kind = LoadErrorKind::FileSystem;
             sink.file_error("scene::unreadable", message, help, kind);
             return None;
@@ -140,6 +147,16 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         }
     };
     mitsuba::load(path, text, options, sink)
+}
+
+/// The scene file that is meant where `folder` is given: one with the name `scene` before others.
+fn scene_in(folder: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok()?.flatten();
+    let scenes = entries.map(|entry| entry.path()).filter(|path| {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        path.is_file() && SCENE_EXTENSIONS.iter().any(|&scene| extension == scene)
+    });
+    scenes.min_by_key(|path| (path.file_stem() != Some("scene".as_ref()), path.clone()))
 }
 
 /// The format, by content or else by extension. An unknown format is reported.
