@@ -113,7 +113,8 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         let light = &set.lights()[id.index()];
         let cylinder = &self.lights.cylinders[id.index()];
         let is_sphere = self.gather.kernel.is_sphere();
-        let radius = sphere_radius(light, self.gather.area_factor(self.batches[0].lights));
+        let lights = self.batches[0].lights;
+        let radius = sphere_radius(light, self.gather.area_factor(lights));
         let mut by_count = [1, 4, POINTS].map(|count| (count, [0; BATCHES]));
         for (b, batch) in self.batches.iter().enumerate() {
             let to = batch.towards(self.s, light.p);
@@ -150,7 +151,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             for k in 0..parts {
                 let part = LightPoint {
                     directions: is_sphere.then_some(count),
-                    ..light_part(self.gather, light, k, parts)
+                    ..light_part(self.gather, light, lights, (k, parts))
                 };
                 self.add_part(&connected, &part, active, sums);
             }

@@ -2,7 +2,7 @@
 //! far. For spheres, as many directions.
 
 use super::clamping::ClampReceiver;
-use super::{Gather, Kernel};
+use super::{Gather, Kernel, Subset};
 use crate::lanes::{Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 use crate::virtual_lights::VirtualLight;
@@ -114,7 +114,7 @@ pub(super) fn part_count(gather: &Gather, at: &ClampReceiver, light: &VirtualLig
 
 /// Area that each point of `light` represents as seen from `at`, in m².
 pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> f32 {
-    light_part(gather, light, 0, part_count(gather, at, light)).area
+    light_part(gather, light, at.lights, (0, part_count(gather, at, light))).area
 }
 
 /// Whether a light is several points from near; see [`MIN_DISC`].
@@ -123,19 +123,21 @@ fn is_disc(gather: &Gather, light: &VirtualLight) -> bool {
     gather.kernel == Kernel::Disc && disc_area(light) > MIN_DISC * light.area
 }
 
-/// Part `k` of `light`, of which there are `count`. The one part of a light from far is all of it.
+/// Part `k` of `light`, of which there are `count`, as `lights` are seen. The one part of a light
+/// from far is all of it.
 #[inline(always)]
 pub(super) fn light_part(
     gather: &Gather,
     light: &VirtualLight,
-    k: usize,
-    count: usize,
+    lights: Subset,
+    (k, count): (usize, usize),
 ) -> LightPoint {
+    let first = lights.far_point() / count * count;
     let (p, area) = match (gather.kernel, count) {
         (Kernel::Point | Kernel::Sphere, _) => (light.p, light.area),
-        (Kernel::Disc, 1) => (light.points[0], disc_area(light).max(light.area)),
+        (Kernel::Disc, 1) => (light.points[first], disc_area(light).max(light.area)),
         (Kernel::Disc, _) => (
-            light.points[k * (POINTS / count)],
+            light.points[first + k],
             disc_area(light) * (1.0 / count as f32),
         ),
     };

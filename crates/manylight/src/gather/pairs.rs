@@ -137,7 +137,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         let mut value = ConnectionValue::default();
         let mut add = |part: LightPoint| self.add_part(point, &connected, part, &mut value, cost);
         let count = part_count(self.gather, &ClampReceiver::from(point.at), light);
-        let part = |k: usize| light_part(self.gather, light, k, count);
+        let part = |k: usize| light_part(self.gather, light, point.at.lights, (k, count));
         match parts {
             Parts::All => (0..count).for_each(|k| add(part(k))),
             Parts::One(u) => add(LightPoint {

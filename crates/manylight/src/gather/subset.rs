@@ -1,5 +1,7 @@
 //! Subsets of the lights: every n-th along the space-filling curve.
 
+use crate::virtual_lights::moments::POINTS;
+
 /// The lights that are summed at a point: every n-th along the space-filling curve, each of which
 /// represents n lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -8,6 +10,8 @@ pub struct Subset {
     step: u32,
     /// Number of points among which the lights are divided, and with results that are averaged.
     points: u32,
+    /// Of the points of each light, the one that stands for it from far.
+    far_point: u32,
 }
 
 impl Subset {
@@ -16,6 +20,7 @@ impl Subset {
         first: 0,
         step: 1,
         points: 1,
+        far_point: 0,
     };
 
     /// Subset `k` (modulo `step`) of `step` subsets that together are this one.
@@ -23,7 +28,7 @@ impl Subset {
         Subset {
             first: self.first + self.step * (k % step),
             step: self.step * step,
-            points: self.points,
+            ..self
         }
     }
 
@@ -34,6 +39,20 @@ impl Subset {
             points: self.points * points,
             ..self.part(k, points)
         }
+    }
+
+    /// The same lights, for each of which point `k` (modulo their number) stands from far.
+    pub fn from_point(self, k: u32) -> Self {
+        Subset {
+            far_point: k % POINTS as u32,
+            ..self
+        }
+    }
+
+    /// The index of that point.
+    #[inline]
+    pub(super) fn far_point(self) -> usize {
+        self.far_point as usize
     }
 
     /// Indices of the subset's lights among `lights` lights.

@@ -1,5 +1,6 @@
 //! Sums in lanes against single connections, written out.
 
+use super::light_points::light_part;
 use super::points::{Batch, LightCylinder};
 use super::*;
 use crate::bsdf::{Lobes, Material};
@@ -15,6 +16,7 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
+use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::testing::{candidates, rich_lights, single_lights};
 use crate::virtual_lights::{
     EmissionView, GlossyForm, PhotonClusters, RadiantIntensity, TableStorage, VirtualLight,
@@ -187,6 +189,45 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
         darker += u32::from(s < 0.99 * a);
     }
     assert!(darker > 50, "{darker}");
+}
+
+/// One, four or all points stand for a light; in sixteen turns, each as often as the others.
+#[test]
+fn points_stand_for_a_light_in_turn() {
+    let scene = glossy_box(8).build();
+    let lights = lights(&scene, table(16), UNLIMITED);
+    let gather = Gather {
+        kernel: Kernel::Disc,
+        strategy: Strategy::All,
+        clamp: Clamp::None,
+        refinement: 1.0,
+        roulette: 0.0,
+    };
+    let light = &lights.set.lights()[0];
+    for count in [1, 4, POINTS] {
+        let mut seen = [0; POINTS];
+        for turn in 0..POINTS as u32 {
+            let subset = Subset::ALL.from_point(turn);
+            for k in 0..count {
+                let part = light_part(&gather, light, subset, (k, count));
+                seen[light.points.iter().position(|&p| p == part.p).unwrap()] += 1;
+            }
+        }
+        assert_eq!(seen, [count; POINTS]);
+    }
+    let mut points = points(&scene, false);
+    let [first, other] = [0, 5].map(|turn| {
+        points
+            .iter_mut()
+            .for_each(|at| at.lights = Subset::ALL.from_point(turn));
+        gather.sum(&scene, &lights, &points)
+    });
+    assert!(
+        first
+            .iter()
+            .zip(&other)
+            .any(|(a, b)| a.radiance != b.radiance)
+    );
 }
 
 /// A room with coats smooth and rough, metals and glass, so that every form of receiver is there.

@@ -68,8 +68,8 @@ impl Extent {
 ///
 /// Strips along the major axis, traversed in alternating direction, are cut into [`POINTS`] pieces
 /// of equal flux; `u[0]` in [0, 1) places one point in each piece. `u[1]` rotates the order, so
-/// that the first point is any of them with equal probability; points `i`, `i + 4`, `i + 8` and
-/// `i + 12` lie in different strips.
+/// that the first point is any of them with equal probability; each four points from a multiple of
+/// four lie in different strips.
 ///
 /// The expectation over `u` of a mean over the points is the flux-weighted mean over the photons,
 /// for any function. Points constructed from the moments instead may lie under a chair or behind a
@@ -113,9 +113,7 @@ pub fn spread_points<'p>(
     }
     let first = (u[1] * POINTS as f32) as usize % POINTS;
     let (strip, within) = (first / STRIPS, first % STRIPS);
-    std::array::from_fn(|i| {
-        points[(i / STRIPS + strip) % STRIPS * STRIPS + (i % STRIPS + within) % STRIPS]
-    })
+    std::array::from_fn(|i| points[(i + strip) % STRIPS * STRIPS + (i / STRIPS + within) % STRIPS])
 }
 
 #[cfg(test)]

@@ -254,7 +254,9 @@ impl LightSubsets {
         let place = place_in_pattern(pixel, self.interleaving, self.key ^ frame);
         let ahead = place * (self.shaded / self.interleaving.pow(2));
         let k = self.first + (index - self.start + ahead) % self.shaded;
-        Subset::ALL.part(k % self.count, self.count)
+        Subset::ALL
+            .part(k % self.count, self.count)
+            .from_point(index - self.start)
     }
 
     /// Whether some pass shades with light `k`.
@@ -380,6 +382,10 @@ mod tests {
                 let mut of_passes = (0..passes).map(|pass| of_pixel(pass, k)).collect();
                 assert_eq!(distinct(&mut of_passes), passes);
             }
+            // A light is seen as another point in each pass.
+            let all = (0..pattern).flat_map(|k| (0..passes).map(move |pass| (pass, k)));
+            let mut of_all = all.map(|(pass, k)| of_pixel(pass, k)).collect();
+            assert_eq!(distinct(&mut of_all), pattern * passes);
             assert!((0..64).all(|k| subsets.is_shaded(k)));
         }
     }
