@@ -92,38 +92,7 @@ impl RenderRequest {
         }
         let method = method_of(args);
         let kind = method_kind(method, &args.lights)?;
-        check_kept(args, &kind)?;
-        check_rules(&args.picture.light_group)?;
-        if args.frames.skip_existing && !args.frames.is_walkthrough() {
-            return Err(Failure::usage(
-                "--skip-existing: a single picture is asked for",
-                "give --frames or --cameras, or omit --skip-existing",
-            ));
-        }
-        if args.picture.has_light_groups() && kind == MethodKind::Aov {
-            return Err(Failure::usage(
-                "--light-groups: the method aov renders no light",
-                "choose another --method, or omit --light-groups",
-            ));
-        }
-        if args.denoise.denoise.is_some() && kind == MethodKind::Aov {
-            return Err(Failure::usage(
-                "--denoise: the method aov renders no light to denoise",
-                "choose another --method, or omit --denoise",
-            ));
-        }
-        if !args.picture.aov.is_empty() && kind == MethodKind::LightTracer {
-            return Err(Failure::usage(
-                "--aov: the method light-trace has no camera paths, which find these layers",
-                "choose another --method, or omit --aov",
-            ));
-        }
-        if method.is_chosen()
-            && let MethodKind::ManyLight(lights) = &kind
-            && let Some(refusal) = choice_refusal(lights)
-        {
-            return Err(refusal);
-        }
+        check_combinations(args, method, &kind)?;
         Ok(RenderRequest {
             scene: args.scene.clone(),
             outputs,
@@ -302,6 +271,47 @@ fn check_part(args: &RenderArgs) -> Result<(), Failure> {
             "--shard: --time and --target-error depend on all shares",
             "give --passes, the number of passes of the whole render",
         ));
+    }
+    Ok(())
+}
+
+/// Refuses combinations of options without a meaning.
+fn check_combinations(
+    args: &RenderArgs,
+    method: &Preset,
+    kind: &MethodKind,
+) -> Result<(), Failure> {
+    check_kept(args, kind)?;
+    check_rules(&args.picture.light_group)?;
+    if args.frames.skip_existing && !args.frames.is_walkthrough() {
+        return Err(Failure::usage(
+            "--skip-existing: a single picture is asked for",
+            "give --frames or --cameras, or omit --skip-existing",
+        ));
+    }
+    if args.picture.has_light_groups() && *kind == MethodKind::Aov {
+        return Err(Failure::usage(
+            "--light-groups: the method aov renders no light",
+            "choose another --method, or omit --light-groups",
+        ));
+    }
+    if args.denoise.denoise.is_some() && *kind == MethodKind::Aov {
+        return Err(Failure::usage(
+            "--denoise: the method aov renders no light to denoise",
+            "choose another --method, or omit --denoise",
+        ));
+    }
+    if !args.picture.aov.is_empty() && *kind == MethodKind::LightTracer {
+        return Err(Failure::usage(
+            "--aov: the method light-trace has no camera paths, which find these layers",
+            "choose another --method, or omit --aov",
+        ));
+    }
+    if method.is_chosen()
+        && let MethodKind::ManyLight(lights) = kind
+        && let Some(refusal) = choice_refusal(lights)
+    {
+        return Err(refusal);
     }
     Ok(())
 }

@@ -111,26 +111,7 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
     film: &Film,
     mut read: impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
 ) -> Result<PassSums, E> {
-    let passes: [u32; 2] = array_of(read_words(&mut read, "passes", &[2])?);
-    let mut sums = PassSums::new(film.desc.crop_size, film.shape(), passes[0]);
-    sums.passes.end = passes[1];
-    sums.half_counts = HalfCounts(array_of(read_words(&mut read, "halves", &[2])?));
-    let batches = array_of(read_doubles(&mut read, "batches", &[3])?);
-    sums.batches = BatchCounts::from_array(batches);
-    if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
-        let message = format!(
-            "found passes {} to {}, of which {} in batches",
-            passes[0],
-            passes[1],
-            sums.batches.passes()
-        );
-        return Err(InvalidArray::new("passes", message).into());
-    }
-    let [first, second] = sums.half_counts.0;
-    if first.checked_add(second) != Some(passes[1] - passes[0]) {
-        let message = format!("found {first} and {second} of {} passes", sums.count());
-        return Err(InvalidArray::new("halves", message).into());
-    }
+    let mut sums = empty_sums(film, &mut read)?;
     let tiles = sums.tiles.len();
     let image = read_doubles(&mut read, "image.moments", &[2, 3, 3])?;
     for (moments, values) in sums.image_moments.iter_mut().zip(image.chunks_exact(9)) {
@@ -170,6 +151,34 @@ pub fn sums_of_arrays<E: From<InvalidArray>>(
     }
     for (k, &layer) in film.id_layers.iter().enumerate() {
         read_ids(film, &mut sums, k, layer, &mut read)?;
+    }
+    Ok(sums)
+}
+
+/// Sums of the passes that the arrays count, without their values.
+fn empty_sums<E: From<InvalidArray>>(
+    film: &Film,
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+) -> Result<PassSums, E> {
+    let passes: [u32; 2] = array_of(read_words(read, "passes", &[2])?);
+    let mut sums = PassSums::new(film.desc.crop_size, film.shape(), passes[0]);
+    sums.passes.end = passes[1];
+    sums.half_counts = HalfCounts(array_of(read_words(read, "halves", &[2])?));
+    let batches = array_of(read_doubles(read, "batches", &[3])?);
+    sums.batches = BatchCounts::from_array(batches);
+    if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
+        let message = format!(
+            "found passes {} to {}, of which {} in batches",
+            passes[0],
+            passes[1],
+            sums.batches.passes()
+        );
+        return Err(InvalidArray::new("passes", message).into());
+    }
+    let [first, second] = sums.half_counts.0;
+    if first.checked_add(second) != Some(passes[1] - passes[0]) {
+        let message = format!("found {first} and {second} of {} passes", sums.count());
+        return Err(InvalidArray::new("halves", message).into());
     }
     Ok(sums)
 }

@@ -39,12 +39,7 @@ impl Run<'_> {
             lights: lights.kept(),
             ..session.job()
         };
-        let other = OtherMemory {
-            sums: sums_of_render(&job),
-            beside: Some(image_memory(request, &job)),
-            ..OtherMemory::default()
-        };
-        pool.install(|| check_memory(request.memory_limit, &job, other))?;
+        pool.install(|| check_memory_of_frames(request, &job))?;
         let mut walkthrough = pool.install(|| Walkthrough::new(&job, stats));
         let mut written = Vec::new();
         let mut passes = 0;
@@ -79,10 +74,8 @@ impl Run<'_> {
         }
         self.warn_of_samples();
         if display.json {
-            let report = session.report(&job, passes);
-            let mut report = report.to_json();
-            report["outputs"] = written
-                .iter()
+            let mut report = session.report(&job, passes).to_json();
+            report["outputs"] = (written.iter())
                 .map(|file| json!(file.display().to_string()))
                 .collect();
             print_data(report)?;
@@ -129,6 +122,17 @@ impl Run<'_> {
         }
         denoised.failure.map_or(Ok(files), Err)
     }
+}
+
+/// Refuses frames that take more memory than there is: the picture of one frame lies beside the
+/// sums of the next.
+fn check_memory_of_frames(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure> {
+    let other = OtherMemory {
+        sums: sums_of_render(job),
+        beside: Some(image_memory(request, job)),
+        ..OtherMemory::default()
+    };
+    check_memory(request.memory_limit, job, other)
 }
 
 /// The request that repeats a frame.
