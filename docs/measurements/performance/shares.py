@@ -3,7 +3,7 @@
 
     python docs/measurements/performance/shares.py MANYLIGHT render SCENE -m path --passes 64 --size 256x256 -t 1 -o x.exr
 
-A sample of `perf record` counts for the innermost file of the core outside of lanes, also where a function was inlined. Needs Linux with
+A sample of `perf record` counts for the innermost function of the core outside of lanes, also if it was inlined. Needs Linux with
 perf, readelf and addr2line, and a program built with `CARGO_PROFILE_RELEASE_DEBUG=1`.
 """
 
@@ -57,13 +57,22 @@ def samples(data: str, program: str) -> tuple[collections.Counter[int], int]:
     return own, others
 
 
-def part(files: list[str]) -> tuple[str, str]:
-    """The part of the program that the inlined frames in `files` belong to, innermost first, and its file."""
-    core = [file.split(CORE)[1] for file in files if CORE in file]
-    for file in core:
-        if not INNERMOST.match(file):
-            return next((name for name, pattern in PARTS if re.search(pattern, file)), "other"), file
-    return "other", core[0] if core else files[0]
+def part(frames: list[tuple[str, str]]) -> tuple[str, str]:
+    """The part of the program of a sample, and its function: `frames` are functions and files, the innermost first."""
+    for function, file in frames:
+        path = file.partition(CORE)[2]
+        if path and not INNERMOST.match(path):
+            part = next((name for name, pattern in PARTS if re.search(pattern, path)), "other")
+            return part, f"{short(function)} ({path.split(':')[0]})"
+    return "other", short(frames[0][0])
+
+
+def short(function: str) -> str:
+    """The last two names of a path, without type parameters."""
+    while (stripped := re.sub(r"<[^<>]*>", "", function)) != function:
+        function = stripped
+    names = [name for name in function.split("::") if name not in ("", "{{closure}}")]
+    return "::".join(names[-2:])
 
 
 def main() -> None:
@@ -76,15 +85,16 @@ def main() -> None:
         output("perf", "record", "-q", "-F", "499", "-o", data, args.program, *args.words)
         own, others = samples(data, args.program)
     addresses = "\n".join(map(hex, own))
-    lines = output("addr2line", "-i", "-a", "-e", args.program, text=addresses)
+    lines = output("addr2line", "-C", "-f", "-i", "-a", "-e", args.program, text=addresses)
     frames = re.split(r"^0x[0-9a-f]+$", lines, flags=re.M)[1:]
-    parts, files = collections.Counter({"kernel, libc": others}), collections.Counter()
+    parts, functions = collections.Counter({"kernel, libc": others}), collections.Counter()
     for count, of_sample in zip(own.values(), frames, strict=True):
-        name, file = part([line.split(":")[0] for line in of_sample.split()])
+        at = of_sample.strip().splitlines()
+        name, function = part(list(zip(at[::2], at[1::2], strict=True)))
         parts[name] += count
-        files[file] += count
+        functions[function] += count
     total = sum(parts.values())
-    for title, counts in (("part", parts), ("file", files)):
+    for title, counts in (("part", parts), ("function", functions)):
         print(f"\n| {title} | % |\n|---|---|")
         for name, count in counts.most_common(20):
             print(f"| {name} | {100 * count / total:.1f} |")
