@@ -2,6 +2,7 @@
 
 use manylight::film::Film;
 use manylight::film::blocks::DEFAULT_BLOCK;
+use manylight::integrators::many_light::{EmissionKind, GlossyForm};
 use manylight::integrators::{
     ExtraLayers, ManyLight, Method, MethodKind, Mixed, PathWeights, PhotonMap,
 };
@@ -19,7 +20,19 @@ fn few_lights(method: ManyLight) -> ManyLight {
         photon_paths: 5000,
         light_count: 100,
         importon_paths: 1000,
-        ..method
+        ..with_small_tables(method)
+    }
+}
+
+/// The method with tables of 16 x 16 texels, if it has any: larger ones take most of the time of
+/// tests.
+pub(crate) fn with_small_tables(method: ManyLight) -> ManyLight {
+    match method.emission {
+        EmissionKind::Rich(GlossyForm::Table { storage, .. }) => ManyLight {
+            emission: EmissionKind::Rich(GlossyForm::Table { side: 16, storage }),
+            ..method
+        },
+        _ => method,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The layers of light groups: they sum to the beauty, and each is what a render with its emitters
 //! alone gives.
 
-use crate::common::{film, film_with, methods, methods_with_cuts, mixed};
+use crate::common::{film, film_with, methods, methods_with_cuts, mixed, with_small_tables};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment};
 use manylight::film::{Film, Layer};
@@ -113,7 +113,7 @@ fn few(method: ManyLight) -> ManyLight {
         photon_paths: 20_000,
         light_count: 200,
         importon_paths: 4000,
-        ..method
+        ..with_small_tables(method)
     }
 }
 
