@@ -5,12 +5,11 @@ use crate::failure::Failure;
 use crate::output::human_bytes;
 use crate::picture;
 use crate::report::resident_bytes;
-use crate::request::RenderRequest;
+use crate::request::{RenderRequest, have_layers};
 use manylight::emitters::EmissionGuide;
 use manylight::integrators::{LightSets, Stage, StageMemory, estimated_memory};
 use manylight::render::RenderJob;
 use std::ops::Range;
-use std::path::PathBuf;
 use sysinfo::{CGroupLimits, System};
 
 /// Memory that a render takes beside that of its method.
@@ -189,12 +188,8 @@ pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMem
             bytes: pixels.saturating_mul(DENOISER),
         };
     }
-    let is_exr = |path: &PathBuf| {
-        path.extension()
-            .is_some_and(|name| name.eq_ignore_ascii_case("exr"))
-    };
     // The values, and those of the encoder.
-    let copies = if request.outputs.iter().any(is_exr) {
+    let copies = if have_layers(&request.outputs) {
         2.0 + ENCODED
     } else {
         1.0

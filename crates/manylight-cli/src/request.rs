@@ -56,9 +56,8 @@ pub(crate) struct RenderRequest {
 impl RenderRequest {
     /// A warning of layers that are asked for and that no output keeps.
     pub(crate) fn lost_layers(&self) -> Option<String> {
-        let keeps = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
         let is_part = self.parts.shard.is_some() || self.parts.checkpoint.is_some();
-        if is_part || self.outputs.iter().any(keeps) {
+        if is_part || have_layers(&self.outputs) {
             return None;
         }
         let option = if !self.picture.aov.is_empty() {
@@ -345,6 +344,12 @@ fn check_rules(rules: &[GroupRule]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Whether a file of `outputs` has layers.
+pub(crate) fn have_layers(outputs: &[PathBuf]) -> bool {
+    let is_exr = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
+    outputs.iter().any(is_exr)
 }
 
 /// Refuses outputs with an unknown format, and repeated outputs.

@@ -5,11 +5,10 @@ use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
 use crate::relight::{RelitContent, relight};
-use crate::request::check_formats;
-use manylight_io::image::{ImageFormat, read_layered_image, write_image};
+use crate::request::{check_formats, have_layers};
+use manylight_io::image::{read_layered_image, write_image};
 use manylight_io::{check_replaceable, shown_path};
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.relight/1";
@@ -21,8 +20,7 @@ pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
     (files.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
     let interrupt = Interrupt::install()?;
     let image = read_layered_image(&args.image)?;
-    let has_layers = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Exr));
-    let content = match files.outputs.iter().any(has_layers) {
+    let content = match have_layers(&files.outputs) {
         true => RelitContent::Layers,
         false => RelitContent::Picture,
     };
