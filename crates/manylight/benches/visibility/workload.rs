@@ -67,9 +67,11 @@ impl Workload {
         workload
     }
 
-    /// Time of another build, in seconds.
-    pub(crate) fn build_seconds(&self) -> f64 {
-        build(&self.desc).1
+    /// Times of another build in seconds: of the hierarchy, and of the whole geometry, to which the
+    /// tables of surface points belong.
+    pub(crate) fn build_seconds(&self) -> [f64; 2] {
+        let of_hierarchies = self.geometry.time_of_hierarchies();
+        [of_hierarchies.as_secs_f64(), build(&self.desc).1]
     }
 
     /// One ray through the center of every pixel.

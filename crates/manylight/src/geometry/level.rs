@@ -1,11 +1,12 @@
 //! The surfaces of one space: the world, or a group of instanced primitives.
 
 use super::Primitive;
-use super::placement::{PlacedInstance, PlacedShape, TriangleTable};
+use super::placement::{Numbering, PlacedInstance, PlacedShape, TriangleTable};
 use super::surface_set::{SurfaceSet, SurfaceSetBuilder};
 use crate::ids::PrimitiveId;
 use crate::math::Aabb;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// How a surface affects visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl Level {
     pub(super) fn build(
         primitives: &[Primitive],
         placements: &[PlacedShape],
-        table: &TriangleTable,
+        (table, numbering): (&TriangleTable, &Arc<Numbering>),
         range: Range<usize>,
         instances: &[InstanceBounds],
     ) -> Self {
@@ -58,7 +59,7 @@ impl Level {
                     ..
                 } = primitives[i];
                 if !invisible && transparent == (class == SurfaceClass::Transparent) {
-                    builder.add_primitive(PrimitiveId::from(i), &placements[i], table);
+                    builder.add_primitive(PrimitiveId::from(i), &placements[i]);
                 }
             }
             for (index, bounds) in instances.iter().enumerate() {
@@ -70,7 +71,7 @@ impl Level {
                     },
                 );
             }
-            builder.build()
+            builder.build(table, numbering)
         };
         Level {
             opaque: build(SurfaceClass::Opaque),

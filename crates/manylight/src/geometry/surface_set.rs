@@ -1,14 +1,15 @@
-//! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over
-//! analytic shapes and instances.
+//! The surfaces of one class in one space: a hierarchy over all triangles, and one over analytic
+//! shapes and instances.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
-use super::placement::{PlacedShape, TriangleTable};
+use super::placement::{Numbering, PlacedShape, TriangleTable};
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use crate::simd::Isa;
+use std::sync::Arc;
 
 /// An element of the hierarchy over boxes.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +23,10 @@ pub(super) enum Object {
 /// The surfaces of one class in one space.
 #[derive(Debug)]
 pub(super) struct SurfaceSet {
+    /// Triangles by their indices in the table.
     triangles: TriangleBvh,
-    numbering: Numbering,
+    triangle_count: usize,
+    numbering: Arc<Numbering>,
     object_bvh: ObjectBvh,
     objects: Vec<Object>,
 }
@@ -47,7 +50,7 @@ impl SurfaceSet {
     }
 
     pub(super) fn triangle_count(&self) -> usize {
-        self.numbering.count as usize
+        self.triangle_count
     }
 
     pub(super) fn bytes(&self) -> usize {
@@ -148,24 +151,18 @@ impl SurfaceSet {
 /// Collects the surfaces of a set.
 #[derive(Default)]
 pub(super) struct SurfaceSetBuilder {
-    triangles: Vec<[Vec3; 3]>,
-    runs: Vec<(u32, PrimitiveId)>,
+    /// Indices in the table.
+    triangles: Vec<u32>,
     boxes: Vec<Aabb>,
     objects: Vec<Object>,
 }
 
 impl SurfaceSetBuilder {
-    pub(super) fn add_primitive(
-        &mut self,
-        primitive: PrimitiveId,
-        placement: &PlacedShape,
-        table: &TriangleTable,
-    ) {
-        match placement.analytic() {
-            Some(shape) => self.add_object(Object::Analytic(primitive), shape.bounds()),
-            None => {
-                self.runs.push((self.triangles.len() as u32, primitive));
-                placement.bake(table, &mut self.triangles);
+    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &PlacedShape) {
+        match placement {
+            PlacedShape::Mesh { triangles, .. } => self.triangles.extend(triangles.clone()),
+            PlacedShape::Analytic { shape, .. } => {
+                self.add_object(Object::Analytic(primitive), shape.bounds());
             }
         }
     }
@@ -181,58 +178,13 @@ impl SurfaceSetBuilder {
         }
     }
 
-    pub(super) fn build(self) -> SurfaceSet {
+    pub(super) fn build(self, table: &TriangleTable, numbering: &Arc<Numbering>) -> SurfaceSet {
         SurfaceSet {
-            numbering: Numbering::new(self.runs, self.triangles.len() as u32),
-            triangles: TriangleBvh::new(&self.triangles),
+            triangles: TriangleBvh::new(&self.triangles, |index| table.corners(index)),
+            triangle_count: self.triangles.len(),
+            numbering: Arc::clone(numbering),
             object_bvh: ObjectBvh::new(&self.boxes),
             objects: self.objects,
         }
-    }
-}
-
-/// Maps the index of a triangle in the hierarchy to a primitive and its triangle. Each primitive
-/// has a run of consecutive indices.
-#[derive(Debug)]
-struct Numbering {
-    /// First index of each run, and its primitive; ascending.
-    runs: Vec<(u32, PrimitiveId)>,
-    /// Run of each multiple of [`Numbering::BUCKET`], so that a lookup searches few runs.
-    buckets: Vec<u32>,
-    /// Number of triangles.
-    count: u32,
-}
-
-impl Numbering {
-    /// Triangles per bucket. Smaller buckets take more memory, larger ones longer searches among
-    /// small primitives.
-    const BUCKET: u32 = 16;
-
-    fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {
-        let mut buckets = Vec::with_capacity((count / Self::BUCKET + 2) as usize);
-        let mut run = 0;
-        for first in (0..count).step_by(Self::BUCKET as usize) {
-            while runs.get(run + 1).is_some_and(|next| next.0 <= first) {
-                run += 1;
-            }
-            buckets.push(run as u32);
-        }
-        buckets.push(runs.len().saturating_sub(1) as u32);
-        Numbering {
-            runs,
-            buckets,
-            count,
-        }
-    }
-
-    fn locate(&self, id: u32) -> (PrimitiveId, u32) {
-        let bucket = (id / Self::BUCKET) as usize;
-        let (low, high) = (
-            self.buckets[bucket] as usize,
-            self.buckets[bucket + 1] as usize,
-        );
-        let run = low + self.runs[low + 1..=high].partition_point(|run| run.0 <= id);
-        let (first, primitive) = self.runs[run];
-        (primitive, id - first)
     }
 }

@@ -12,6 +12,7 @@ use crate::simd::Instructions;
 use crate::simd::outlined;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A surface point drawn uniformly by area.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +53,7 @@ impl Geometry {
         instances: Vec<Instance>,
     ) -> Self {
         let table = TriangleTable::new(&shapes, &primitives);
+        let numbered = (&table, &Arc::new(table.numbering()));
         shapes.iter_mut().for_each(drop_attributes);
         let placements: Vec<PlacedShape> = primitives
             .par_iter()
@@ -65,7 +67,7 @@ impl Geometry {
             .unwrap_or(primitives.len());
         let groups: Vec<Level> = groups
             .into_iter()
-            .map(|range| Level::build(&primitives, &placements, &table, range, &[]))
+            .map(|range| Level::build(&primitives, &placements, numbered, range, &[]))
             .collect();
         let instances: Vec<PlacedInstance> = instances
             .iter()
@@ -78,7 +80,7 @@ impl Geometry {
         let world = Level::build(
             &primitives,
             &placements,
-            &table,
+            numbered,
             0..world_end,
             &instance_bounds,
         );
@@ -145,6 +147,18 @@ impl Geometry {
         for surfaces in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
             surfaces.use_instructions(instructions);
         }
+    }
+
+    /// Builds the hierarchies over the primitives of the world once more; returns the time.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn time_of_hierarchies(&self) -> std::time::Duration {
+        let numbered = (&self.table, &Arc::new(self.table.numbering()));
+        let start = std::time::Instant::now();
+        let all = 0..self.primitives.len();
+        let level = Level::build(&self.primitives, &self.placements, numbered, all, &[]);
+        let time = start.elapsed();
+        std::hint::black_box(level);
+        time
     }
 
     fn surface_sets(&self) -> impl Iterator<Item = &SurfaceSet> {
@@ -215,7 +229,7 @@ impl Geometry {
 
     /// Area of a primitive under its transform, in m². Instances are ignored.
     pub fn area(&self, primitive: PrimitiveId) -> f32 {
-        self.placements[primitive.index()].area()
+        self.placements[primitive.index()].area(&self.table)
     }
 
     /// A point of the primitive, uniform by area. `None` if the area is 0.

@@ -62,6 +62,14 @@ impl WideTree {
         LEAF | (self.leaves.len() - 1) as u32
     }
 
+    /// Makes room for subtrees that are appended.
+    fn reserve(&mut self, parts: &[WideTree]) {
+        let sum = |count: fn(&WideTree) -> usize| parts.iter().map(count).sum();
+        self.nodes.reserve(sum(|part| part.nodes.len()));
+        self.leaves.reserve(sum(|part| part.leaves.len()) + 1);
+        self.items.reserve(sum(|part| part.items.len()));
+    }
+
     /// Appends a subtree; returns the new index of its root.
     fn append(&mut self, mut part: WideTree) -> u32 {
         let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
@@ -149,6 +157,7 @@ impl TreeWriter<'_> {
         tree.nodes.push(empty_node());
         self.fill_node(&mut tree, 0, &children, 1, &mut cuts);
         let parts: Vec<WideTree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
+        tree.reserve(&parts);
         for (cut, part) in cuts.iter().zip(parts) {
             let root = tree.append(part);
             tree.nodes[cut.slot].children[cut.lane] = root;

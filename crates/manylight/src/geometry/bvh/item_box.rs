@@ -3,6 +3,9 @@
 use crate::math::{Aabb, Vec4};
 use glam::Vec4Swizzles;
 
+/// The corners of a triangle, each before one number that is not read.
+pub(in crate::geometry) type CornerRows = [[f32; 4]; 3];
+
 /// The bounding box of an item.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
@@ -19,6 +22,21 @@ impl ItemBox {
             lower: bounds.min.extend(f32::from_bits(item)).to_array(),
             upper: bounds.max.extend(0.0).to_array(),
         }
+    }
+
+    /// The box of a triangle, from its corners.
+    #[inline(always)]
+    pub(super) fn around(corners: &CornerRows, item: u32) -> Self {
+        let [a, b, c] = *corners;
+        let (a, b, c) = (
+            Vec4::from_array(a),
+            Vec4::from_array(b),
+            Vec4::from_array(c),
+        );
+        let mut lower = a.min(b).min(c).to_array();
+        lower[3] = f32::from_bits(item);
+        let upper = a.max(b).max(c).to_array();
+        ItemBox { lower, upper }
     }
 
     /// Index of the item.

@@ -36,6 +36,7 @@ mod triangle_block;
 mod triangle_bvh;
 mod watertight;
 
+pub(super) use item_box::CornerRows;
 pub(super) use object_bvh::ObjectBvh;
 pub(super) use shaft::Shaft;
 pub(super) use triangle_block::TriangleHit;

@@ -8,6 +8,7 @@
 use super::binary::{BinaryNode, half_area};
 use crate::math::Aabb;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// One round of parallel searches and moves.
 struct SearchRound {
@@ -61,13 +62,17 @@ pub(super) fn reinsert(nodes: &mut [BinaryNode]) {
         return;
     }
     let mut reinsertion = Reinsertion {
-        parents: vec![0; nodes.len()],
+        parents: (0..nodes.len().div_ceil(2))
+            .map(|_| AtomicU32::new(0))
+            .collect(),
         touched: vec![false; nodes.len()],
         nodes,
     };
-    for index in (2..reinsertion.nodes.len()).chain([0]) {
-        reinsertion.adopt(index);
-    }
+    let all = 0..reinsertion.nodes.len();
+    let all = all.into_par_iter().with_min_len(CHUNK);
+    // The node beside the root is unused.
+    all.filter(|&index| index != 1)
+        .for_each(|index| reinsertion.adopt(index));
     let all = largest(reinsertion.nodes, LARGEST_SHARE);
     for rounds in ROUNDS {
         let mut candidates = all.clone();
@@ -80,6 +85,9 @@ pub(super) fn reinsert(nodes: &mut [BinaryNode]) {
 /// Largest share of any round.
 const LARGEST_SHARE: f32 = 0.1;
 
+/// Number of nodes of a task.
+const CHUNK: usize = 1 << 12;
+
 /// Number of searches of a task.
 const GRAIN: usize = 64;
 
@@ -87,8 +95,6 @@ const GRAIN: usize = 64;
 fn largest(nodes: &[BinaryNode], share: f32) -> Vec<u32> {
     /// Number of classes of nodes by area: eight per factor of two.
     const CLASSES: usize = 1 << 11;
-    /// Number of nodes of a task.
-    const CHUNK: usize = 1 << 12;
     if nodes.len() < CHUNK {
         return (2..nodes.len() as u32).collect();
     }
@@ -181,7 +187,8 @@ impl ReinsertionSearch {
 
 struct Reinsertion<'a> {
     nodes: &'a mut [BinaryNode],
-    parents: Vec<u32>,
+    /// By pair of siblings; atomic, because threads write to disjoint pairs.
+    parents: Vec<AtomicU32>,
     /// Nodes that a move of this round has changed.
     touched: Vec<bool>,
 }
@@ -286,13 +293,13 @@ impl Reinsertion<'_> {
     }
 
     fn parent(&self, index: usize) -> usize {
-        self.parents[index] as usize
+        self.parents[index / 2].load(Ordering::Relaxed) as usize
     }
 
-    /// Updates the parents of the children of a node.
-    fn adopt(&mut self, index: usize) {
-        for child in self.nodes[index].children().into_iter().flatten() {
-            self.parents[child] = index as u32;
+    /// Updates the parent of the children of a node.
+    fn adopt(&self, index: usize) {
+        if let Some([child, _]) = self.nodes[index].children() {
+            self.parents[child / 2].store(index as u32, Ordering::Relaxed);
         }
     }
 

@@ -1,7 +1,7 @@
 //! All kernels in all instruction sets against a loop over the triangles in `f64`.
 
 use super::build::{self, WideTree};
-use super::item_box::ItemBox;
+use super::item_box::{CornerRows, ItemBox};
 use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use super::triangle_block::TreeParts;
 use super::{TriangleBvh, node};
@@ -61,11 +61,18 @@ fn terrain(side: usize) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
+fn over_all(triangles: &[[Vec3; 3]]) -> TriangleBvh {
+    let rows = |triangle: &[Vec3; 3]| triangle.map(|p| p.extend(0.0).to_array());
+    let rows: Vec<CornerRows> = triangles.iter().map(rows).collect();
+    let ids: Vec<u32> = (0..triangles.len() as u32).collect();
+    TriangleBvh::new(&ids, |id| &rows[id as usize])
+}
+
 fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
     Instructions::available()
         .into_iter()
         .map(|instructions| {
-            let mut bvh = TriangleBvh::new(triangles);
+            let mut bvh = over_all(triangles);
             bvh.use_instructions(instructions);
             bvh
         })
@@ -546,7 +553,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     let triangles = soup(80_000, 0.02, 9);
     let build = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let bvh = pool.unwrap().install(|| TriangleBvh::new(&triangles));
+        let bvh = pool.unwrap().install(|| over_all(&triangles));
         let TreeParts { nodes, blocks } = bvh.parts();
         let nodes = nodes.iter().map(|n| (n.bounds, n.children, n.order));
         let blocks = blocks.iter().map(|b| (b.corners, b.ids));
@@ -559,7 +566,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 #[test]
 fn every_triangle_is_in_one_leaf() {
     let triangles = soup(20_000, 0.05, 10);
-    let bvh = TriangleBvh::new(&triangles);
+    let bvh = over_all(&triangles);
     let blocks = bvh.parts().blocks;
     // Unused lanes are degenerate, and repeat index 0.
     let used = blocks.iter().flat_map(|block| {
@@ -575,7 +582,7 @@ fn every_triangle_is_in_one_leaf() {
 #[test]
 fn memory_per_triangle_stays_small() {
     let triangles = terrain(100);
-    let bvh = TriangleBvh::new(&triangles);
+    let bvh = over_all(&triangles);
     let bytes = bvh.bytes() as f64 / triangles.len() as f64;
     assert!(bytes < 90.0, "{bytes}");
 }

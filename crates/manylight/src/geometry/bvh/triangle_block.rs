@@ -1,8 +1,9 @@
 //! Blocks of eight triangles: the leaves of triangle hierarchies.
 
+use super::item_box::CornerRows;
 use super::node::WideNode;
-use crate::lanes::Vector;
-use crate::math::{Vec2, Vec3};
+use crate::lanes::{Float, Vector};
+use crate::math::Vec2;
 use crate::simd::{NARROW, Simd};
 
 /// Up to eight triangles in lanes. Unused lanes hold a degenerate triangle, which no ray hits.
@@ -11,24 +12,31 @@ use crate::simd::{NARROW, Simd};
 pub(super) struct TriangleBlock {
     /// Corner, axis, lane.
     pub(super) corners: [[[f32; NARROW]; 3]; 3],
-    /// Indices of the triangles in the list from which the hierarchy was built.
+    /// Indices of the triangles in the table of triangles.
     pub(super) ids: [u32; NARROW],
 }
 
 impl TriangleBlock {
-    pub(super) fn new(ids: &[u32], triangles: &[[Vec3; 3]]) -> Self {
+    /// The block of up to eight triangles with these ids.
+    #[inline(always)]
+    pub(super) fn new<'a, S: Simd>(
+        s: S,
+        ids: &[u32],
+        corners: impl Fn(u32) -> &'a CornerRows,
+    ) -> Self {
+        const UNUSED: CornerRows = [[0.0; 4]; 3];
+        let rows = Float::gather_quads(s, |lane| {
+            let [a, b, c] = ids.get(lane).map_or(&UNUSED, |&id| corners(id));
+            [a, b, c]
+        });
         let mut block = TriangleBlock {
             corners: [[[0.0; NARROW]; 3]; 3],
             ids: [0; NARROW],
         };
-        for (lane, &id) in ids.iter().enumerate() {
-            block.ids[lane] = id;
-            for (corner, p) in triangles[id as usize].iter().enumerate() {
-                for axis in 0..3 {
-                    block.corners[corner][axis][lane] = p[axis];
-                }
-            }
+        for (corner, [x, y, z, _]) in block.corners.iter_mut().zip(rows) {
+            *corner = Vector::new(x, y, z).store();
         }
+        block.ids[..ids.len()].copy_from_slice(ids);
         block
     }
 
@@ -55,7 +63,7 @@ pub(super) struct TreeParts<'a> {
 pub(crate) struct TriangleHit {
     /// Ray parameter.
     pub(crate) t: f32,
-    /// Index of the triangle in the list from which the hierarchy was built.
+    /// Index of the triangle in the table of triangles.
     pub(crate) id: u32,
     /// Barycentric coordinates of the second and third corner.
     pub(crate) coordinates: Vec2,

@@ -1,18 +1,20 @@
 //! The hierarchy over triangles, and the kernels that query it.
 
 use super::build::WideTree;
-use super::item_box::ItemBox;
+use super::item_box::{CornerRows, ItemBox};
 use super::stream::{self, LaneHits};
 use super::tile::{SIDE, VisibilityTile};
 use super::traverse::{self, BoxRay};
 use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, EachTriangle, NearestHit, NearestTriangle, Sheared};
 use crate::geometry::{Ray, Segment};
-use crate::math::{Aabb, Vec3};
+use crate::math::prefetch::prefetch;
+use crate::math::{Aabb, Vec3, Vec4};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use crate::simd::{Isa, NARROW, Simd, SimdKernel};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A bounding volume hierarchy over triangles.
 #[derive(Debug)]
@@ -23,42 +25,53 @@ pub(in crate::geometry) struct TriangleBvh {
 }
 
 impl TriangleBvh {
-    /// Builds the hierarchy over triangles, given by their corners. Degenerate and non-finite ones
-    /// are left out.
-    pub(in crate::geometry) fn new(triangles: &[[Vec3; 3]]) -> Self {
+    /// Builds the hierarchy over the triangles with these ids. Degenerate and non-finite ones are
+    /// left out.
+    pub(in crate::geometry) fn new<'a>(
+        ids: &[u32],
+        corners: impl Fn(u32) -> &'a CornerRows + Sync,
+    ) -> Self {
         /// Number of triangles from which on tasks are worth their overhead.
         const GRAIN: usize = 1 << 10;
-        let mut boxes: Vec<ItemBox> = triangles
+        /// Triangles between those that are read and those that are fetched into the cache.
+        const AHEAD: usize = 32;
+        let some_left_out = AtomicBool::new(false);
+        let mut boxes: Vec<ItemBox> = ids
             .par_iter()
             .with_min_len(GRAIN)
-            .enumerate()
-            .map(|(id, triangle)| {
-                let id = if can_be_hit(triangle) {
-                    id as u32
-                } else {
-                    NONE
-                };
-                ItemBox::new(Aabb::from_points(*triangle), id)
+            .map(|&id| {
+                let rows = corners(id);
+                if can_be_hit(rows) {
+                    return ItemBox::around(rows, id);
+                }
+                some_left_out.store(true, Ordering::Relaxed);
+                ItemBox::around(rows, NONE)
             })
             .collect();
-        boxes.retain(|item| item.item() != NONE);
+        if some_left_out.into_inner() {
+            boxes.retain(|item| item.item() != NONE);
+        }
         let mut tree = WideTree::new(boxes, NARROW);
+        let isa = Isa::best();
         let blocks = tree
             .leaves
             .par_windows(2)
             .with_min_len(GRAIN)
             .map(|leaf| {
-                let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
-                TriangleBlock::new(items, triangles)
+                let (first, end) = (leaf[0] as usize, leaf[1] as usize);
+                let ahead = (end + AHEAD).min(tree.items.len());
+                for &id in &tree.items[ahead..(ahead + end - first).min(tree.items.len())] {
+                    prefetch(corners(id));
+                }
+                isa.run(BlockOf {
+                    ids: &tree.items[first..end],
+                    corners: &corners,
+                })
             })
             .collect();
         // The blocks replace the leaves.
         (tree.items, tree.leaves) = (Vec::new(), Vec::new());
-        TriangleBvh {
-            tree,
-            blocks,
-            isa: Isa::best(),
-        }
+        TriangleBvh { tree, blocks, isa }
     }
 
     /// Whether no triangle can be hit.
@@ -181,9 +194,41 @@ impl TriangleBvh {
 /// Index of triangles that are left out.
 const NONE: u32 = u32::MAX;
 
-fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
-    let normal = (b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3());
-    a.is_finite() && b.is_finite() && c.is_finite() && normal.length_squared() > 0.0
+/// Whether the corners are finite and not on a line.
+fn can_be_hit(corners: &CornerRows) -> bool {
+    /// Square of the sine of an angle that rounding in `f32` cannot hide.
+    const CLEAR: f32 = 1e-10;
+    let [a, b, c] = *corners;
+    let (a, b, c) = (
+        Vec4::from_array(a),
+        Vec4::from_array(b),
+        Vec4::from_array(c),
+    );
+    let (a, b, c) = (a.truncate(), b.truncate(), c.truncate());
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac).length_squared();
+    // False for numbers that are not finite, and if a square over- or underflows.
+    if normal > CLEAR * (ab.length_squared() * ac.length_squared()) && normal < f32::INFINITY {
+        return true;
+    }
+    let (ab, ac) = (b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3());
+    let are_finite = a.is_finite() && b.is_finite() && c.is_finite();
+    are_finite && ab.cross(ac).length_squared() > 0.0
+}
+
+/// Kernel of the leaves of [`TriangleBvh::new`].
+struct BlockOf<'b, F> {
+    ids: &'b [u32],
+    corners: &'b F,
+}
+
+impl<'a, F: Fn(u32) -> &'a CornerRows> SimdKernel for BlockOf<'_, F> {
+    type Output = TriangleBlock;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> TriangleBlock {
+        TriangleBlock::new(s, self.ids, self.corners)
+    }
 }
 
 /// Kernel of [`TriangleBvh::nearest`].

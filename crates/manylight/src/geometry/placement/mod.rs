@@ -1,20 +1,23 @@
 //! Shapes under their transforms: points on surfaces, areas, and sampling by area.
 
 mod instance;
+mod mesh;
+mod numbering;
+mod runs;
 mod table;
 mod triangle;
 mod vertex;
 
 pub(super) use instance::PlacedInstance;
+pub(super) use numbering::Numbering;
 pub(super) use table::TriangleTable;
 
 use super::analytic::Analytic;
 use super::surface_point::OFFSET_ROUNDINGS;
 use super::{Hit, Mesh, Primitive, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2};
 use crate::sampling::warp;
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::OnceLock;
 use triangle::PlacedTriangle;
@@ -25,9 +28,7 @@ pub(super) enum PlacedShape {
     /// Triangles, transformed into the world or the group.
     Mesh {
         /// All triangles in the order of the mesh, as a range of the table.
-        triangles: Range<usize>,
-        /// Area under the transform.
-        area: f32,
+        triangles: Range<u32>,
         /// Cumulative sums of twice the areas of the triangles; computed on first use.
         cumulative: OnceLock<Vec<f64>>,
     },
@@ -57,12 +58,8 @@ impl PlacedShape {
                 area: shape.area(),
             };
         }
-        let triangles = table.range(index, mesh_of(shape).triangles.len());
-        let placed = table.triangles(triangles.clone());
-        let area: f64 = placed.iter().map(PlacedTriangle::twice_area).sum();
         PlacedShape::Mesh {
-            triangles,
-            area: (0.5 * area) as f32,
+            triangles: table.range(index, mesh_of(shape).triangles.len()),
             cumulative: OnceLock::new(),
         }
     }
@@ -72,17 +69,6 @@ impl PlacedShape {
         match self {
             PlacedShape::Mesh { .. } => None,
             PlacedShape::Analytic { shape, .. } => Some(shape),
-        }
-    }
-
-    /// Appends the corners of the transformed triangles of a mesh.
-    pub(super) fn bake(&self, table: &TriangleTable, out: &mut Vec<[Vec3; 3]>) {
-        if let PlacedShape::Mesh { triangles, .. } = self {
-            /// Triangles per task: smaller tasks cost more to distribute than to copy.
-            const SMALL: usize = 1 << 14;
-            let placed = table.triangles(triangles.clone());
-            let corners = placed.par_iter().with_min_len(SMALL);
-            out.par_extend(corners.map(PlacedTriangle::corners));
         }
     }
 
@@ -121,9 +107,16 @@ impl PlacedShape {
     }
 
     /// Area under the transform.
-    pub(super) fn area(&self) -> f32 {
+    pub(super) fn area(&self, table: &TriangleTable) -> f32 {
         match self {
-            PlacedShape::Mesh { area, .. } | PlacedShape::Analytic { area, .. } => *area,
+            PlacedShape::Mesh {
+                triangles,
+                cumulative,
+            } => {
+                let areas = cumulative_areas(cumulative, table, triangles);
+                (0.5 * areas.last().copied().unwrap_or(0.0)) as f32
+            }
+            PlacedShape::Analytic { area, .. } => *area,
         }
     }
 
@@ -137,12 +130,9 @@ impl PlacedShape {
             }
             PlacedShape::Mesh {
                 triangles,
-                area,
                 cumulative,
-                ..
             } => {
-                let placed = || table.triangles(triangles.clone());
-                let areas = cumulative.get_or_init(|| cumulative_areas(placed()));
+                let areas = cumulative_areas(cumulative, table, triangles);
                 let total = areas.last().copied().filter(|&total| total > 0.0)?;
                 let target = f64::from(u.x) * total;
                 let element = areas
@@ -158,7 +148,7 @@ impl PlacedShape {
                 Some((
                     element as u32,
                     warp::triangle(Vec2::new(rest.min(1.0), u.y)),
-                    1.0 / area,
+                    1.0 / self.area(table),
                 ))
             }
         }
@@ -166,14 +156,21 @@ impl PlacedShape {
 }
 
 /// For each triangle the sum of twice the areas up to and including it.
-fn cumulative_areas(triangles: &[PlacedTriangle]) -> Vec<f64> {
-    let areas = triangles.iter().map(PlacedTriangle::twice_area);
-    areas
-        .scan(0.0, |sum, area| {
-            *sum += area;
-            Some(*sum)
-        })
-        .collect()
+fn cumulative_areas<'a>(
+    areas: &'a OnceLock<Vec<f64>>,
+    table: &TriangleTable,
+    triangles: &Range<u32>,
+) -> &'a [f64] {
+    areas.get_or_init(|| {
+        let placed = table.triangles(triangles.clone()).iter();
+        let twice = placed.map(PlacedTriangle::twice_area);
+        twice
+            .scan(0.0, |sum, area| {
+                *sum += area;
+                Some(*sum)
+            })
+            .collect()
+    })
 }
 
 #[inline]

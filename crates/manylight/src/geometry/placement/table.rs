@@ -1,10 +1,16 @@
 //! The triangles of all meshes under their transforms, and surface points on them.
 
-use super::triangle::{PlacedTriangle, derivatives};
-use super::vertex::{PlacedVertex, PlacedVertices, corner_uvs, mix};
-use crate::geometry::{Derivatives, Mesh, Primitive, Shape, SurfacePoints, SurfaceRef};
-use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
+use super::mesh::PlacedMesh;
+use super::numbering::Numbering;
+use super::runs::Runs;
+use super::triangle::{PlacedTriangle, TriangleCorners, derivatives};
+use super::vertex::{PlacedVertex, corner_uvs, mix};
+use crate::geometry::bvh::CornerRows;
+use crate::geometry::{Derivatives, Primitive, Shape, SurfacePoints, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::lanes::{Axes, Float, LANES, One, Pair, Vector, Width};
 use crate::math::{Vec2, Vec3};
+use crate::simd::{Isa, Simd, SimdKernel};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -22,70 +28,109 @@ pub(in crate::geometry) struct TriangleTable {
 /// In the place of the index of a first triangle.
 const NO_TRIANGLES: u32 = u32::MAX;
 
+fn index(i: usize) -> u32 {
+    u32::try_from(i).expect("a scene has fewer than 2^32 vertices")
+}
+
+/// Where the triangles, vertices and tangents of each primitive are in the lists of the table.
+struct Places {
+    triangles: Runs,
+    /// After those of [`PlacedVertex::PLAIN`].
+    vertices: Runs,
+    tangents: Runs,
+}
+
+impl Places {
+    fn new(meshes: &[Option<PlacedMesh>]) -> Self {
+        let runs = |count: fn(&PlacedMesh) -> usize| {
+            Runs::new(meshes.iter().map(|mesh| mesh.as_ref().map_or(0, count)))
+        };
+        Places {
+            triangles: runs(|mesh| mesh.mesh.triangles.len()),
+            vertices: runs(|mesh| mesh.vertex_count()),
+            tangents: runs(|mesh| mesh.mesh.tangents.len()),
+        }
+    }
+
+    /// The corners of triangle `i` of the primitive `run`, with the indices of its vertices in the
+    /// table.
+    #[inline]
+    fn corners(&self, run: usize, mesh: &PlacedMesh, i: usize) -> TriangleCorners {
+        let corners = mesh.corners(i);
+        let first = index(PlacedVertex::PLAIN.len() + self.vertices.first(run));
+        TriangleCorners {
+            vertices: match mesh.vertex_count() {
+                0 => [0, 1, 2],
+                _ => corners.vertices.map(|i| first + i),
+            },
+            tangents_behind: match mesh.mesh.tangents.is_empty() {
+                true => 0,
+                false => first - index(self.tangents.first(run)),
+            },
+            ..corners
+        }
+    }
+}
+
 impl TriangleTable {
     /// The triangles of all primitives.
     pub(in crate::geometry) fn new(shapes: &[Shape], primitives: &[Primitive]) -> Self {
-        let meshes: Vec<Option<(Vec<PlacedTriangle>, PlacedVertices)>> = primitives
+        let meshes: Vec<Option<PlacedMesh>> = primitives
             .par_iter()
             .map(|primitive| match &shapes[primitive.shape.index()] {
-                Shape::Mesh(mesh) => Some(place(mesh, primitive)),
+                Shape::Mesh(mesh) => Some(PlacedMesh::new(mesh, primitive)),
                 Shape::Sphere { .. } | Shape::Disk | Shape::Cylinder { .. } => None,
             })
             .collect();
-        let placed = || meshes.iter().flatten();
-        let mut table = TriangleTable {
-            first: Vec::with_capacity(meshes.len()),
-            triangles: Vec::with_capacity(placed().map(|m| m.0.len()).sum()),
-            vertices: Vec::with_capacity(placed().map(|m| m.1.vertices.len()).sum::<usize>() + 3),
-            tangents: Vec::with_capacity(placed().map(|m| m.1.tangents.len()).sum()),
+        let places = Places::new(&meshes);
+        let mesh = |run: usize| {
+            let mesh: &Option<PlacedMesh> = &meshes[run];
+            mesh.as_ref().expect("invariant: others have no runs")
         };
-        table.vertices.extend(PlacedVertex::PLAIN);
-        for mesh in meshes {
-            let first = match mesh {
-                None => NO_TRIANGLES,
-                Some((triangles, vertices)) => table.add(triangles, vertices),
-            };
-            table.first.push(first);
+        let first = |(run, mesh): (usize, &Option<_>)| match mesh {
+            Some(_) => index(places.triangles.first(run)),
+            None => NO_TRIANGLES,
+        };
+        let mut vertices = Vec::with_capacity(PlacedVertex::PLAIN.len() + places.vertices.len());
+        vertices.extend(PlacedVertex::PLAIN);
+        vertices.par_extend(places.vertices.par_map(|run, i| mesh(run).vertex(i)));
+        let tangents = places.tangents.par_map(|run, i| mesh(run).tangent(i));
+        TriangleTable {
+            first: meshes.iter().enumerate().map(first).collect(),
+            triangles: in_lanes(&places.triangles, |run, i| {
+                places.corners(run, mesh(run), i)
+            }),
+            vertices,
+            tangents: tangents.collect(),
         }
-        table
     }
 
-    /// Appends a mesh; returns the index of its first triangle.
-    fn add(&mut self, triangles: Vec<PlacedTriangle>, of_mesh: PlacedVertices) -> u32 {
-        /// Triangles per task: smaller tasks cost more to distribute than to copy.
-        const SMALL: usize = 1 << 14;
-        let index = |i: usize| u32::try_from(i).expect("a scene has fewer than 2^32 vertices");
-        let first = index(self.triangles.len());
-        let first_vertex = index(self.vertices.len());
-        let tangents_behind = match of_mesh.tangents.is_empty() {
-            true => 0,
-            false => first_vertex - self.tangents.len() as u32,
-        };
-        let is_plain = of_mesh.vertices.is_empty();
-        let moved = triangles.into_par_iter().with_min_len(SMALL);
-        self.triangles
-            .par_extend(moved.map(|triangle| PlacedTriangle {
-                vertices: match is_plain {
-                    true => [0, 1, 2],
-                    false => triangle.vertices.map(|i| first_vertex + i),
-                },
-                tangents_behind,
-                ..triangle
-            }));
-        self.vertices.extend(of_mesh.vertices);
-        self.tangents.extend(of_mesh.tangents);
-        first
+    /// Which primitive each triangle belongs to.
+    pub(in crate::geometry) fn numbering(&self) -> Numbering {
+        let runs = self
+            .first
+            .iter()
+            .zip(0..)
+            .map(|(&first, i)| (first, PrimitiveId(i)));
+        let runs = runs.filter(|run| run.0 != NO_TRIANGLES);
+        Numbering::new(runs.collect(), self.triangles.len() as u32)
+    }
+
+    /// The corners of a triangle, by its index.
+    #[inline]
+    pub(in crate::geometry) fn corners(&self, index: u32) -> &CornerRows {
+        self.triangles[index as usize].corner_rows()
     }
 
     /// The triangles of a primitive, as a range for [`TriangleTable::triangles`].
-    pub(super) fn range(&self, primitive: usize, count: usize) -> Range<usize> {
-        let first = self.first[primitive] as usize;
-        first..first + count
+    pub(super) fn range(&self, primitive: usize, count: usize) -> Range<u32> {
+        let first = self.first[primitive];
+        first..first + count as u32
     }
 
     /// Triangles by index.
-    pub(super) fn triangles(&self, range: Range<usize>) -> &[PlacedTriangle] {
-        &self.triangles[range]
+    pub(super) fn triangles(&self, range: Range<u32>) -> &[PlacedTriangle] {
+        &self.triangles[range.start as usize..range.end as usize]
     }
 
     /// The triangle of a reference; `None` on analytic shapes.
@@ -213,14 +258,45 @@ impl TriangleTable {
     }
 }
 
-fn place(mesh: &Mesh, primitive: &Primitive) -> (Vec<PlacedTriangle>, PlacedVertices) {
-    let (transform, flip) = (&primitive.world_from_object, primitive.flip_normals);
-    let triangles: Vec<PlacedTriangle> = (0..mesh.triangles.len())
-        .into_par_iter()
-        .map(|i| PlacedTriangle::new(mesh, transform, flip, i))
+/// The triangles with the `corners(run, i)`, run by run.
+fn in_lanes(
+    runs: &Runs,
+    corners: impl Fn(usize, usize) -> TriangleCorners + Sync,
+) -> Vec<PlacedTriangle> {
+    /// Groups of triangles per task: smaller tasks cost more to distribute than to fill.
+    const SMALL: usize = 1 << 7;
+    let (isa, last) = (Isa::best(), runs.len().saturating_sub(1));
+    let groups = (0..runs.len().div_ceil(LANES)).into_par_iter();
+    let groups: Vec<[PlacedTriangle; LANES]> = groups
+        .with_min_len(SMALL)
+        .map_init(
+            || 0,
+            |near, group| {
+                isa.run(PlaceTriangles(|lane: usize| {
+                    let (run, i) = runs.find(near, (group * LANES + lane).min(last));
+                    corners(run, i)
+                }))
+            },
+        )
         .collect();
-    let vertices = PlacedVertices::new(mesh, transform, flip, &triangles);
-    (triangles, vertices)
+    let mut triangles = groups.into_flattened();
+    triangles.truncate(runs.len());
+    triangles
+}
+
+/// Kernel of [`in_lanes`]: the triangles with the corners in each lane.
+struct PlaceTriangles<F>(F);
+
+impl<F: FnMut(usize) -> TriangleCorners> SimdKernel for PlaceTriangles<F> {
+    type Output = [PlacedTriangle; LANES];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> [PlacedTriangle; LANES] {
+        let s = s.wide();
+        let mut triangles = [PlacedTriangle::NONE; LANES];
+        triangles.copy_from_slice(PlacedTriangle::each(s, &s.each(self.0)).as_ref());
+        triangles
+    }
 }
 
 /// The weights of the corners at a point with the coordinates `at`.

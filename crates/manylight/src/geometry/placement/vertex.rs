@@ -1,10 +1,7 @@
 //! Attributes of vertices under the transform of their mesh.
 
-use super::triangle::PlacedTriangle;
-use crate::geometry::Mesh;
 use crate::lanes::{Float, Pair, Width};
-use crate::math::{Affine3A, Mat3, Vec2, Vec3};
-use glam::Mat3A;
+use crate::math::{Vec2, Vec3};
 
 /// A shading normal, not normalized, and texture coordinates.
 ///
@@ -22,7 +19,7 @@ impl PlacedVertex {
         PlacedVertex::new(Vec3::ZERO, Vec2::Y),
     ];
 
-    const fn new(normal: Vec3, uv: Vec2) -> Self {
+    pub(super) const fn new(normal: Vec3, uv: Vec2) -> Self {
         PlacedVertex([normal.x, normal.y, normal.z, uv.x, uv.y])
     }
 
@@ -38,99 +35,6 @@ impl PlacedVertex {
     #[inline]
     pub(super) fn uv(&self) -> Vec2 {
         Vec2::new(self.0[3], self.0[4])
-    }
-}
-
-/// The attributes of the vertices of a mesh under a transform.
-#[derive(Debug, Default)]
-pub(super) struct PlacedVertices {
-    /// Empty if the mesh has neither shading normals nor texture coordinates.
-    pub(super) vertices: Vec<PlacedVertex>,
-    /// Tangents, transformed, not normalized; empty if the mesh has none.
-    pub(super) tangents: Vec<Vec3>,
-}
-
-impl PlacedVertices {
-    /// `triangles` are those of the mesh under the transform.
-    pub(super) fn new(
-        mesh: &Mesh,
-        transform: &Affine3A,
-        flip: bool,
-        triangles: &[PlacedTriangle],
-    ) -> Self {
-        let normals = NormalTransform::new(transform, flip);
-        let normal = |i: usize| normals.apply(mesh.normals[i]);
-        let is_shaded = !mesh.tangents.is_empty() || !is_flat(mesh, normal, triangles);
-        let vertex = |i: usize| {
-            PlacedVertex::new(
-                if is_shaded { normal(i) } else { Vec3::ZERO },
-                mesh.uvs.get(i).copied().unwrap_or(Vec2::NAN),
-            )
-        };
-        let count = match is_shaded || !mesh.uvs.is_empty() {
-            true => mesh.positions.len(),
-            false => 0,
-        };
-        PlacedVertices {
-            vertices: (0..count).map(vertex).collect(),
-            tangents: mesh
-                .tangents
-                .iter()
-                .map(|&t| transform.transform_vector3(t))
-                .collect(),
-        }
-    }
-}
-
-/// Whether all vertex normals equal the geometric normals of their triangles up to rounding, or
-/// there are none.
-fn is_flat(mesh: &Mesh, normal: impl Fn(usize) -> Vec3, triangles: &[PlacedTriangle]) -> bool {
-    /// Difference per component that counts as equal.
-    const ROUNDING: f32 = 4.0 * f32::EPSILON;
-    let is_flat = |triangle: &PlacedTriangle, i: u32| {
-        let ng = triangle.ng();
-        normal(i as usize)
-            .normalize_or(ng)
-            .abs_diff_eq(ng, ROUNDING)
-    };
-    mesh.normals.is_empty()
-        || triangles
-            .iter()
-            .zip(&mesh.triangles)
-            .all(|(triangle, corners)| corners.iter().all(|&i| is_flat(triangle, i)))
-}
-
-/// Transform of vertex normals.
-struct NormalTransform {
-    /// Inverse transpose of the transform, reversed for flipped normals.
-    matrix: Mat3,
-    /// Whether all lengths scale alike, so that normals may be interpolated before they are
-    /// normalized.
-    is_similarity: bool,
-}
-
-impl NormalTransform {
-    fn new(transform: &Affine3A, flip: bool) -> Self {
-        /// Relative difference of squared scales that counts as equal.
-        const SIMILARITY: f32 = 1e-5;
-        let m = transform.matrix3;
-        let scale = m.x_axis.length_squared();
-        let gram = m.transpose() * m;
-        let is_similarity =
-            gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), SIMILARITY * scale);
-        let matrix: Mat3 = m.inverse().transpose().into();
-        NormalTransform {
-            matrix: if flip { -matrix } else { matrix },
-            is_similarity,
-        }
-    }
-
-    fn apply(&self, normal: Vec3) -> Vec3 {
-        let normal = self.matrix * normal;
-        match self.is_similarity {
-            true => normal,
-            false => normal.normalize_or_zero(),
-        }
     }
 }
 
