@@ -171,14 +171,21 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A relative error: `0.02` or `2%`.
+/// A relative error: `0.02` or `2%`. A whole or more without a sign is rather meant in percent.
 pub(crate) fn relative_error(text: &str) -> Result<f32, String> {
     let percent = text
         .strip_suffix('%')
         .map(|number| positive(number.trim_end()));
-    percent
+    let value = percent
         .map_or_else(|| positive(text), |value| Ok(value? / 100.0))
-        .map_err(|_| "expected a positive number such as 0.02, or 2%".into())
+        .map_err(|_| "expected a positive number such as 0.02, or 2%")?;
+    if value >= 1.0 && !text.ends_with('%') {
+        return Err(format!(
+            "this is {} %; write {text}% for {text} %",
+            100.0 * value
+        ));
+    }
+    Ok(value)
 }
 
 /// A finite number.
@@ -364,6 +371,11 @@ mod tests {
         for text in ["", "%", "-1%", "0", "nan%", "2%%"] {
             assert!(relative_error(text).unwrap_err().contains("2%"), "{text}");
         }
+        assert_eq!(relative_error("150%"), Ok(1.5));
+        assert_eq!(
+            relative_error("2"),
+            Err("this is 200 %; write 2% for 2 %".into())
+        );
     }
 
     #[test]
