@@ -4,7 +4,8 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
+use super::compiled::compiled_for;
+use super::width::{LANES, LaneKernel, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -24,25 +25,9 @@ impl Avx2 {
         let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("popcnt");
         (vectors && bits).then_some(Avx2(()))
     }
-
-    /// Runs a kernel compiled for these instructions.
-    #[inline]
-    pub(super) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `run` enables.
-        unsafe { run(self, kernel) }
-    }
 }
 
-#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
-fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
-    kernel.run(avx2)
-}
-
-#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
-#[inline(never)]
-fn outline<K: Outlined>(kernel: K) -> K::Output {
-    kernel.run()
-}
+compiled_for!(Avx2, "avx2,fma,bmi1,popcnt");
 
 /// For each mask of eight bits, the positions of its set bits, ascending.
 static SET_BITS: [[u8; NARROW]; 256] = set_bits();
@@ -285,8 +270,8 @@ impl Width for Avx2 {
 
     #[inline(always)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
-        unsafe { outline(kernel) }
+        // SAFETY: `self` exists only where `detect` found all that the code enables.
+        unsafe { kernel.shared() }
     }
 }
 

@@ -5,7 +5,8 @@
 )]
 
 use super::avx2::{REVERSED_BYTES, REVERSED_HIGH_NIBBLES, REVERSED_LOW_NIBBLES};
-use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
+use super::compiled::compiled_for;
+use super::width::{LANES, LaneKernel, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -33,25 +34,12 @@ impl Avx512 {
             && is_x86_feature_detected!("avx512bw");
         (older && vectors).then_some(Avx512(()))
     }
-
-    /// Runs a kernel compiled for these instructions.
-    #[inline]
-    pub(super) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `run` enables.
-        unsafe { run(self, kernel) }
-    }
 }
 
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
-    kernel.run(avx512)
-}
-
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn outline<K: Outlined>(kernel: K) -> K::Output {
-    kernel.run()
-}
+compiled_for!(
+    Avx512,
+    "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
+);
 
 macro_rules! intrinsics {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
@@ -181,8 +169,8 @@ macro_rules! width {
 
             #[inline(always)]
             fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-                // SAFETY: `self` exists only where `detect` found all that `outline` enables.
-                unsafe { outline(kernel) }
+                // SAFETY: `self` exists only where `detect` found all that the code enables.
+                unsafe { kernel.shared() }
             }
 
             $($more)*

@@ -9,6 +9,8 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod compiled;
 mod portable;
 #[cfg(test)]
 mod tests;
@@ -16,7 +18,7 @@ mod width;
 
 pub use portable::One;
 pub use width::{LANES, Width};
-pub(crate) use width::{NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
+pub(crate) use width::{LaneKernel, NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
 
 pub(crate) use portable::Portable;
 use std::sync::OnceLock;
@@ -57,28 +59,6 @@ pub fn select_instruction_set(name: &str) -> Result<(), String> {
 /// round otherwise.
 pub fn instruction_set() -> String {
     format!("{} {}", std::env::consts::ARCH, Isa::best().name())
-}
-
-/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable
-/// instruction set, because large code over arrays becomes poor vector code, in much time of the
-/// compiler.
-pub(crate) trait LaneKernel {
-    /// Result of the kernel.
-    type Output;
-    /// The body. Must be `inline(always)`.
-    fn run<S: Width>(self, s: S) -> Self::Output;
-}
-
-/// A kernel for sixteen lanes.
-struct InVectors<K>(K);
-
-impl<K: LaneKernel> SimdKernel for InVectors<K> {
-    type Output = K::Output;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> K::Output {
-        self.0.run(s.wide())
-    }
 }
 
 /// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of
@@ -180,7 +160,7 @@ impl Isa {
     #[inline]
     pub(crate) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
         match self {
-            Isa::Portable => kernel.run(Portable::<NARROW>),
+            Isa::Portable => portable::run(kernel),
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2(avx2) => avx2.run(kernel),
             #[cfg(target_arch = "x86_64")]
@@ -192,11 +172,11 @@ impl Isa {
     #[inline]
     pub(crate) fn run_lanes<K: LaneKernel>(self, kernel: K) -> K::Output {
         match self {
-            Isa::Portable => kernel.run(One),
+            Isa::Portable => portable::run_lanes(kernel),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2(avx2) => avx2.run(InVectors(kernel)),
+            Isa::Avx2(avx2) => avx2.run_lanes(kernel),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512(avx512) => avx512.run(InVectors(kernel)),
+            Isa::Avx512(avx512) => avx512.run_lanes(kernel),
         }
     }
 }

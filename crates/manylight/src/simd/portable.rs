@@ -1,7 +1,7 @@
 //! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as
 //! far as the target allows.
 
-use super::width::{LANES, NARROW, Outlined, Simd, Width, array};
+use super::width::{LANES, LaneKernel, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::mem::MaybeUninit;
 
 /// One lane: plain numbers.
@@ -11,6 +11,46 @@ pub struct One;
 /// `N` lanes in the portable instruction set, which all machines have.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable<const N: usize>;
+
+/// Runs a kernel in vectors.
+#[inline]
+pub(super) fn run<K: SimdKernel>(kernel: K) -> K::Output {
+    kernel.kernel()
+}
+
+/// Runs a kernel with one lane.
+#[inline]
+pub(super) fn run_lanes<K: LaneKernel>(kernel: K) -> K::Output {
+    kernel.lanes()
+}
+
+/// The code of kernels; methods for the sake of the compiler's time, like those of `compiled`.
+trait KernelCode: SimdKernel + Sized {
+    fn kernel(self) -> Self::Output {
+        self.run(Portable::<NARROW>)
+    }
+}
+
+impl<K: SimdKernel> KernelCode for K {}
+
+/// The code of kernels with one lane.
+trait LaneCode: LaneKernel + Sized {
+    fn lanes(self) -> Self::Output {
+        self.run(One)
+    }
+}
+
+impl<K: LaneKernel> LaneCode for K {}
+
+/// Code that several kernels call.
+trait SharedCode: Outlined + Sized {
+    #[inline(never)]
+    fn shared(self) -> Self::Output {
+        self.run()
+    }
+}
+
+impl<K: Outlined> SharedCode for K {}
 
 /// `value(i)` in each lane `i`. A loop over all lanes, which the compiler vectorizes.
 #[inline(always)]
@@ -154,9 +194,9 @@ impl Width for One {
     fn shift_right(self, a: u32, bits: u32) -> u32 {
         a >> bits
     }
-    #[inline(never)]
+    #[inline(always)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-        kernel.run()
+        kernel.shared()
     }
 }
 
@@ -229,9 +269,9 @@ impl<const N: usize> Width for Portable<N> {
     fn shift_right(self, a: [u32; N], bits: u32) -> [u32; N] {
         map(|i| a[i] >> bits)
     }
-    #[inline(never)]
+    #[inline(always)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-        kernel.run()
+        kernel.shared()
     }
 }
 

@@ -172,6 +172,16 @@ pub(crate) trait SimdKernel {
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
+/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable
+/// instruction set, because large code over arrays becomes poor vector code, in much time of the
+/// compiler.
+pub(crate) trait LaneKernel {
+    /// Result of the kernel.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run<S: Width>(self, s: S) -> Self::Output;
+}
+
 /// Code that is compiled once for each type, instead of once for each caller: large code with
 /// several callers.
 pub trait Outlined {
