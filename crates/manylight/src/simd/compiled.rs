@@ -2,8 +2,8 @@
 //!
 //! Their functions are methods of the kernels. The compiler keeps the code of a method with that of
 //! the module of its type, and after a change compiles only the modules again that it concerns. As
-//! generic functions of one module, all kernels were compiled after every change: a build after one
-//! in `bsdf/models/plastic` took 102 to 117 s instead of 46 to 84 s.
+//! generic functions of one module, all kernels are compiled after every change: `cargo build` after
+//! one in `bsdf/models/plastic` then takes 102 to 117 s, with methods 46 to 84 s.
 
 /// Declares methods of kernels for the instructions `$isa`, of which `$features` are the names, and
 /// methods of `$isa` that call them. A value of `$isa` must prove that the machine has them.
