@@ -1,12 +1,11 @@
 //! The surfaces of one space: the world, or a group of instanced primitives.
 
 use super::Primitive;
-use super::placement::{Numbering, PlacedInstance, PlacedShape, TriangleTable};
+use super::placement::{PlacedInstance, PlacedShape, TriangleTable};
 use super::surface_set::{SurfaceSet, SurfaceSetBuilder};
 use crate::ids::PrimitiveId;
 use crate::math::Aabb;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// How a surface affects visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +45,7 @@ impl Level {
     pub(super) fn build(
         primitives: &[Primitive],
         placements: &[PlacedShape],
-        (table, numbering): (&TriangleTable, &Arc<Numbering>),
+        table: &TriangleTable,
         range: Range<usize>,
         instances: &[InstanceBounds],
     ) -> Self {
@@ -71,7 +70,7 @@ impl Level {
                     },
                 );
             }
-            builder.build(table, numbering)
+            builder.build(table)
         };
         Level {
             opaque: build(SurfaceClass::Opaque),

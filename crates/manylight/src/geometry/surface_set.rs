@@ -178,11 +178,11 @@ impl SurfaceSetBuilder {
         }
     }
 
-    pub(super) fn build(self, table: &TriangleTable, numbering: &Arc<Numbering>) -> SurfaceSet {
+    pub(super) fn build(self, table: &TriangleTable) -> SurfaceSet {
         SurfaceSet {
             triangles: TriangleBvh::new(&self.triangles, |index| table.corners(index)),
             triangle_count: self.triangles.len(),
-            numbering: Arc::clone(numbering),
+            numbering: Arc::clone(table.numbering()),
             object_bvh: ObjectBvh::new(&self.boxes),
             objects: self.objects,
         }

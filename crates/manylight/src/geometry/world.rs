@@ -12,7 +12,6 @@ use crate::simd::Instructions;
 use crate::simd::outlined;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// A surface point drawn uniformly by area.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +52,6 @@ impl Geometry {
         instances: Vec<Instance>,
     ) -> Self {
         let table = TriangleTable::new(&shapes, &primitives);
-        let numbered = (&table, &Arc::new(table.numbering()));
         shapes.iter_mut().for_each(drop_attributes);
         let placements: Vec<PlacedShape> = primitives
             .par_iter()
@@ -67,7 +65,7 @@ impl Geometry {
             .unwrap_or(primitives.len());
         let groups: Vec<Level> = groups
             .into_iter()
-            .map(|range| Level::build(&primitives, &placements, numbered, range, &[]))
+            .map(|range| Level::build(&primitives, &placements, &table, range, &[]))
             .collect();
         let instances: Vec<PlacedInstance> = instances
             .iter()
@@ -80,7 +78,7 @@ impl Geometry {
         let world = Level::build(
             &primitives,
             &placements,
-            numbered,
+            &table,
             0..world_end,
             &instance_bounds,
         );
@@ -152,10 +150,9 @@ impl Geometry {
     /// Builds the hierarchies over the primitives of the world once more; returns the time.
     #[cfg(any(test, feature = "testing"))]
     pub fn time_of_hierarchies(&self) -> std::time::Duration {
-        let numbered = (&self.table, &Arc::new(self.table.numbering()));
         let start = std::time::Instant::now();
         let all = 0..self.primitives.len();
-        let level = Level::build(&self.primitives, &self.placements, numbered, all, &[]);
+        let level = Level::build(&self.primitives, &self.placements, &self.table, all, &[]);
         let time = start.elapsed();
         std::hint::black_box(level);
         time

@@ -33,7 +33,8 @@ impl TriangleBvh {
     ) -> Self {
         /// Number of triangles from which on tasks are worth their overhead.
         const GRAIN: usize = 1 << 10;
-        /// Triangles between those that are read and those that are fetched into the cache.
+        /// Triangles between those that are read and those that are fetched into the cache. Without
+        /// fetching, the leaves take 1.5 times as long in kitchen and 1.6 times in staircase2.
         const AHEAD: usize = 32;
         let some_left_out = AtomicBool::new(false);
         let mut boxes: Vec<ItemBox> = ids

@@ -1,8 +1,9 @@
 //! Meshes under the transforms of their primitives.
 
-use super::triangle::{TriangleCorners, geometric_normal};
+use super::triangle::{PlacedTriangle, TriangleCorners};
 use super::vertex::PlacedVertex;
 use crate::geometry::{Mesh, Primitive};
+use crate::lanes::One;
 use crate::math::{Affine3A, Mat3, Vec2, Vec3};
 use glam::Mat3A;
 use rayon::prelude::*;
@@ -45,8 +46,12 @@ impl<'a> PlacedMesh<'a> {
     #[inline]
     pub(super) fn corners(&self, index: usize) -> TriangleCorners {
         let vertices = self.mesh.triangles[index];
+        let position = |i: u32| {
+            let position = self.mesh.positions[i as usize];
+            self.transform.transform_point3(position)
+        };
         TriangleCorners {
-            p: self.positions(index),
+            p: vertices.map(position),
             uvs: match self.mesh.uvs.is_empty() {
                 true => [Vec2::ZERO, Vec2::X, Vec2::Y],
                 false => vertices.map(|i| self.mesh.uvs[i as usize]),
@@ -55,18 +60,6 @@ impl<'a> PlacedMesh<'a> {
             vertices,
             tangents_behind: 0,
         }
-    }
-
-    #[inline]
-    fn positions(&self, index: usize) -> [Vec3; 3] {
-        let position = |i: u32| self.mesh.positions[i as usize];
-        let [a, b, c] = self.mesh.triangles[index];
-        let transform = self.transform;
-        [
-            transform.transform_point3(position(a)),
-            transform.transform_point3(position(b)),
-            transform.transform_point3(position(c)),
-        ]
     }
 
     /// The attributes of a vertex.
@@ -93,8 +86,8 @@ impl<'a> PlacedMesh<'a> {
             return true;
         }
         let is_flat = |index: usize| {
-            let ng = geometric_normal(&self.positions(index));
-            let ng = if self.flip { -ng } else { ng };
+            let [triangle] = PlacedTriangle::each(One, &[self.corners(index)]);
+            let ng = triangle.ng();
             self.mesh.triangles[index].iter().all(|&i| {
                 let normal = self.normals.apply(self.mesh.normals[i as usize]);
                 normal.normalize_or(ng).abs_diff_eq(ng, ROUNDING)

@@ -35,14 +35,24 @@ impl Runs {
         &self,
         element: impl Fn(usize, usize) -> T + Sync + Send,
     ) -> impl IndexedParallelIterator<Item = T> {
+        self.par_groups(move |[(run, i)]| element(run, i))
+    }
+
+    /// `group` of the runs and places of `N` elements after another, in parallel. The last group
+    /// repeats the last element.
+    pub(super) fn par_groups<const N: usize, T: Send>(
+        &self,
+        group: impl Fn([(usize, usize); N]) -> T + Sync + Send,
+    ) -> impl IndexedParallelIterator<Item = T> {
         /// Elements per task: smaller tasks cost more to distribute than to fill.
         const SMALL: usize = 1 << 11;
-        let indices = (0..self.len()).into_par_iter().with_min_len(SMALL);
-        indices.map_init(
+        let groups = (0..self.len().div_ceil(N)).into_par_iter();
+        groups.with_min_len(SMALL / N).map_init(
             || 0,
-            move |near, index| {
-                let (run, i) = self.find(near, index);
-                element(run, i)
+            move |near, first| {
+                group(std::array::from_fn(|k| {
+                    self.find(near, (first * N + k).min(self.len() - 1))
+                }))
             },
         )
     }
@@ -50,7 +60,7 @@ impl Runs {
     /// The run of an element, and its place there. The search begins at the run `near`, which
     /// becomes the one that was found.
     #[inline]
-    pub(super) fn find(&self, near: &mut usize, index: usize) -> (usize, usize) {
+    fn find(&self, near: &mut usize, index: usize) -> (usize, usize) {
         if !(self.first[*near]..self.first[*near + 1]).contains(&index) {
             *near = self.first.partition_point(|&first| first <= index) - 1;
         }
@@ -64,13 +74,15 @@ mod tests {
 
     #[test]
     fn runs_are_joined_in_order() {
-        let lengths = [0, 3, 0, 0, 5000, 1, 0, 2500, 0];
+        let lengths = [0, 3, 0, 0, 5000, 1, 0, 2501, 0];
         let runs = Runs::new(lengths.into_iter());
         let joined: Vec<(usize, usize)> = runs.par_map(|run, i| (run, i)).collect();
         let expected = lengths.iter().enumerate();
         let expected = expected.flat_map(|(run, &length)| (0..length).map(move |i| (run, i)));
         assert!(joined.into_iter().eq(expected));
-        assert_eq!((runs.first(4), runs.first(7), runs.len()), (3, 5004, 7504));
+        let groups: Vec<[(usize, usize); 16]> = runs.par_groups(|group| group).collect();
+        assert_eq!((groups[0][3], groups[469]), ((4, 0), [(7, 2500); 16]));
+        assert_eq!((runs.first(4), runs.first(7), runs.len()), (3, 5004, 7505));
         assert_eq!(Runs::new(std::iter::empty()).par_map(|_, i| i).count(), 0);
     }
 }

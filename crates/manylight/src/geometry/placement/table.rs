@@ -13,6 +13,7 @@ use crate::math::{Vec2, Vec3};
 use crate::simd::{Isa, Simd, SimdKernel};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// All triangles and vertices, each in one list, so that a point needs few look-ups.
 #[derive(Debug)]
@@ -23,6 +24,7 @@ pub(in crate::geometry) struct TriangleTable {
     /// Before all others, [`PlacedVertex::PLAIN`].
     vertices: Vec<PlacedVertex>,
     tangents: Vec<Vec3>,
+    numbering: Arc<Numbering>,
 }
 
 /// In the place of the index of a first triangle.
@@ -91,12 +93,14 @@ impl TriangleTable {
             Some(_) => index(places.triangles.first(run)),
             None => NO_TRIANGLES,
         };
+        let first: Vec<u32> = meshes.iter().enumerate().map(first).collect();
         let mut vertices = Vec::with_capacity(PlacedVertex::PLAIN.len() + places.vertices.len());
         vertices.extend(PlacedVertex::PLAIN);
         vertices.par_extend(places.vertices.par_map(|run, i| mesh(run).vertex(i)));
         let tangents = places.tangents.par_map(|run, i| mesh(run).tangent(i));
         TriangleTable {
-            first: meshes.iter().enumerate().map(first).collect(),
+            numbering: Arc::new(numbering(&first, places.triangles.len())),
+            first,
             triangles: in_lanes(&places.triangles, |run, i| {
                 places.corners(run, mesh(run), i)
             }),
@@ -106,14 +110,8 @@ impl TriangleTable {
     }
 
     /// Which primitive each triangle belongs to.
-    pub(in crate::geometry) fn numbering(&self) -> Numbering {
-        let runs = self
-            .first
-            .iter()
-            .zip(0..)
-            .map(|(&first, i)| (first, PrimitiveId(i)));
-        let runs = runs.filter(|run| run.0 != NO_TRIANGLES);
-        Numbering::new(runs.collect(), self.triangles.len() as u32)
+    pub(in crate::geometry) fn numbering(&self) -> &Arc<Numbering> {
+        &self.numbering
     }
 
     /// The corners of a triangle, by its index.
@@ -258,27 +256,28 @@ impl TriangleTable {
     }
 }
 
+/// The numbering of `count` triangles, by the index of the first of each primitive.
+fn numbering(first: &[u32], count: usize) -> Numbering {
+    let runs = first
+        .iter()
+        .zip(0..)
+        .map(|(&first, i)| (first, PrimitiveId(i)));
+    let runs = runs.filter(|run| run.0 != NO_TRIANGLES);
+    Numbering::new(runs.collect(), index(count))
+}
+
 /// The triangles with the `corners(run, i)`, run by run.
 fn in_lanes(
     runs: &Runs,
-    corners: impl Fn(usize, usize) -> TriangleCorners + Sync,
+    corners: impl Fn(usize, usize) -> TriangleCorners + Sync + Send,
 ) -> Vec<PlacedTriangle> {
-    /// Groups of triangles per task: smaller tasks cost more to distribute than to fill.
-    const SMALL: usize = 1 << 7;
-    let (isa, last) = (Isa::best(), runs.len().saturating_sub(1));
-    let groups = (0..runs.len().div_ceil(LANES)).into_par_iter();
-    let groups: Vec<[PlacedTriangle; LANES]> = groups
-        .with_min_len(SMALL)
-        .map_init(
-            || 0,
-            |near, group| {
-                isa.run(PlaceTriangles(|lane: usize| {
-                    let (run, i) = runs.find(near, (group * LANES + lane).min(last));
-                    corners(run, i)
-                }))
-            },
-        )
-        .collect();
+    let isa = Isa::best();
+    let groups = runs.par_groups(|at: [_; LANES]| {
+        isa.run(PlaceTriangles(|lane: usize| {
+            corners(at[lane].0, at[lane].1)
+        }))
+    });
+    let groups: Vec<[PlacedTriangle; LANES]> = groups.collect();
     let mut triangles = groups.into_flattened();
     triangles.truncate(runs.len());
     triangles

@@ -73,9 +73,9 @@ impl PlacedTriangle {
         let (mut ng, mut slenderness) = (normal * length.recip(), longest / length);
         let is_wide = slenderness.lt(SLIVER);
         if !is_wide.all() {
-            let wide = is_wide.bits();
+            let (wide, longest) = (is_wide.bits(), longest.store());
             let exact = s.each(|i| match wide >> i & 1 {
-                0 => normal_of_sliver(&of[i].p),
+                0 => normal_of_sliver(&of[i].p, longest.as_ref()[i]),
                 _ => (Vec3::ZERO, 0.0),
             });
             let exact = exact.as_ref();
@@ -130,6 +130,13 @@ impl PlacedTriangle {
         self.corner_rows().map(|[x, y, z, _]| Vec3::new(x, y, z))
     }
 
+    /// Unit geometric normal.
+    #[inline]
+    pub(super) fn ng(&self) -> Vec3 {
+        let [x, y, z, _] = self.constants[3];
+        Vec3::new(x, y, z)
+    }
+
     /// Twice the area of the triangle.
     pub(super) fn twice_area(&self) -> f64 {
         let [a, b, c] = self.corners().map(Vec3::as_dvec3);
@@ -140,29 +147,12 @@ impl PlacedTriangle {
 /// Slenderness from which the normal is computed in `f64`: in `f32` it would lose significant digits.
 const SLIVER: f32 = 16.0;
 
-/// Unit geometric normal of a triangle, by the order of its corners.
-pub(super) fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
-    let [a, b, c] = *corners;
-    let (ab, ac, bc) = (b - a, c - a, c - b);
-    let longest = ab.length_squared().max(ac.length_squared());
-    let longest = longest.max(bc.length_squared());
-    let normal = ab.cross(ac);
-    let length = normal.length();
-    match longest / length < SLIVER {
-        true => normal / length,
-        false => normal_of_sliver(corners).0,
-    }
-}
-
 /// Unit normal, and slenderness: the ratio of the longest edge to the height. In `f32` the cross
 /// product is a small difference of large products, or underflows.
-fn normal_of_sliver(corners: &[Vec3; 3]) -> (Vec3, f32) {
+fn normal_of_sliver(corners: &[Vec3; 3], longest_squared: f32) -> (Vec3, f32) {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let (ab, ac, bc) = (b - a, c - a, c - b);
-    let longest = ab.length_squared().max(ac.length_squared());
-    let longest = longest.max(bc.length_squared());
-    let normal = ab.cross(ac);
-    let slenderness = longest / normal.length();
+    let normal = (b - a).cross(c - a);
+    let slenderness = f64::from(longest_squared) / normal.length();
     (
         normal.normalize_or(glam::DVec3::Z).as_vec3(),
         slenderness.min(f32::MAX.into()) as f32,
