@@ -1,6 +1,6 @@
 //! The sum over all lights of a subset.
 
-use super::batch_sums::BatchSums;
+use super::batch_sums::{BatchSums, add_light, flush};
 use super::points::Batch;
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
@@ -55,9 +55,9 @@ impl SimdKernel for AddLights<'_> {
             if groups > 0 {
                 sum.slot = self.lights.set.lights()[id.index()].group.index();
             }
-            sum.add_light(id, self.sums);
+            add_light(&mut sum, id, self.sums);
         }
-        sum.flush(self.sums);
+        flush(&mut sum, self.sums);
         sum.count_clamped(self.sums);
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {

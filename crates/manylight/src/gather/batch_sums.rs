@@ -14,6 +14,7 @@ use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector};
 use crate::scene::Scene;
+use crate::simd::outlined;
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{EmissionView, VirtualLight};
 
@@ -63,6 +64,19 @@ pub(super) struct BatchSums<'a, 'b, 's, S: Sixteen> {
     roulette: Option<Roulette>,
 }
 
+// Compiled once for each instruction set, because kernels add lights in several places.
+outlined! {
+    /// Adds the light `id` to the slot of `to`; its shadow rays may wait in a block.
+    pub(super) fn add_light<S: Sixteen>(
+        to: &mut BatchSums<'_, '_, '_, S>, id: LightId, sums: &mut [Gathered],
+    ) -> () { to.s => to.add_light_inlined(id, sums) }
+
+    /// Traces the shadow rays that wait.
+    pub(super) fn flush<S: Sixteen>(
+        to: &mut BatchSums<'_, '_, '_, S>, sums: &mut [Gathered],
+    ) -> () { to.s => to.flush_inlined(sums) }
+}
+
 impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     /// Empty sums with `slots` slots, without roulette.
     #[inline(always)]
@@ -106,9 +120,8 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         }
     }
 
-    /// Adds the light `id` to the slot; its shadow rays may wait in a block.
     #[inline(always)]
-    pub(super) fn add_light(&mut self, id: LightId, sums: &mut [Gathered]) {
+    fn add_light_inlined(&mut self, id: LightId, sums: &mut [Gathered]) {
         let set = &self.lights.set;
         let light = &set.lights()[id.index()];
         let cylinder = &self.lights.cylinders[id.index()];
@@ -229,9 +242,8 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         }
     }
 
-    /// Traces the shadow rays that wait.
     #[inline(always)]
-    pub(super) fn flush(&mut self, sums: &mut [Gathered]) {
+    fn flush_inlined(&mut self, sums: &mut [Gathered]) {
         for block in &mut self.blocks {
             block.flush(self.s, self.scene, self.batches, sums, &mut self.gathered);
         }

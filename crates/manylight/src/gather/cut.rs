@@ -6,7 +6,7 @@
 //! refined at once, so that the shadow rays of new representatives are traced together;
 //! representatives are sampled by the light that they send to the points.
 
-use super::batch_sums::BatchSums;
+use super::batch_sums::{BatchSums, add_light, flush};
 use super::occlusion::Occluders;
 use super::points::{BATCHES, Batch};
 use super::{CutLimits, Gather, Gathered, LightIndex};
@@ -16,7 +16,7 @@ use crate::light_tree::{DrawnLight, LightTree, Receiver, ReflectedBounds};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
-use crate::simd::{Isa, Simd, SimdKernel};
+use crate::simd::{Isa, Simd, SimdKernel, outlined};
 
 /// Clusters that are refined in a round, at least: as many representatives as a block of shadow
 /// rays holds. At 32 and 128 (a pass of 4096 lights at 72x40, 3 seeds; Glossy Room, Kitchen):
@@ -97,9 +97,9 @@ impl SimdKernel for AddCut<'_> {
         let mut sum = BatchSums::new(s, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
         for &root in self.tree.roots() {
-            self.put(s, None, root, &mut cut, &mut sum);
+            put(s, &mut self, None, root, &mut cut, &mut sum);
         }
-        sum.flush(self.sums);
+        flush(&mut sum, self.sums);
         let mut allowed = self.allowed(s, &cut, &sum.gathered);
         let mut occluders = Occluders::new(self.scene, self.batches);
         let mut coarse = Vec::new();
@@ -136,15 +136,25 @@ impl SimdKernel for AddCut<'_> {
                 let (holder, drawn) = (self.tree).inherit(set, children, parent.drawn, &receiver);
                 for (i, node) in children.into_iter().enumerate() {
                     let inherited = (i == holder).then_some((parent.slot, drawn));
-                    self.put(s, inherited, node, &mut cut, &mut sum);
+                    put(s, &mut self, inherited, node, &mut cut, &mut sum);
                 }
             }
-            sum.flush(self.sums);
+            flush(&mut sum, self.sums);
             allowed = self.allowed(s, &cut, &sum.gathered);
         }
         sum.count_clamped(self.sums);
         self.finish(&cut, &sum.gathered, &allowed);
     }
+}
+
+// Compiled once for each instruction set, though a kernel calls it in two places.
+outlined! {
+    /// Puts a node into the cut, unless no point can receive light from it. Its representative is
+    /// `inherited` from its parent with the slot of that, or sampled anew.
+    fn put<S: Sixteen>(
+        s: S, add: &mut AddCut<'_>, inherited: Option<(usize, DrawnLight)>, node: usize,
+        cut: &mut Vec<CutNode>, sum: &mut BatchSums<'_, '_, '_, S>,
+    ) -> () { s => add.put_inlined(s, inherited, node, cut, sum) }
 }
 
 impl AddCut<'_> {
@@ -171,10 +181,8 @@ impl AddCut<'_> {
             && occluders.hide(s, &node.bounds.grown(node.offset), target)
     }
 
-    /// Puts a node into the cut, unless no point can receive light from it. Its representative is
-    /// `inherited` from its parent with the slot of that, or sampled anew.
     #[inline(always)]
-    fn put<S: Sixteen>(
+    fn put_inlined<S: Sixteen>(
         &mut self,
         s: S,
         inherited: Option<(usize, DrawnLight)>,
@@ -194,7 +202,7 @@ impl AddCut<'_> {
                 let (slot, drawn) = (sum.gathered.len(), self.draw(node));
                 sum.gathered.push([Lanes3::ZERO; BATCHES]);
                 sum.slot = slot;
-                sum.add_light(drawn.id, self.sums);
+                add_light(sum, drawn.id, self.sums);
                 (slot, drawn)
             }
         };

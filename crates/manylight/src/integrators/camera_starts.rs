@@ -53,37 +53,32 @@ pub(super) struct CameraView<'a> {
 }
 
 impl CameraView<'_> {
-    /// Calls `visit` with the start of each of `paths`, and with what the path has beside its
-    /// numbers.
-    pub(super) fn each_start<P>(
+    /// Calls `visit` with the index and the start of each camera path.
+    pub(super) fn each_start(
         &self,
-        paths: impl Iterator<Item = (StartNumbers, P)>,
-        visit: impl FnMut(CameraStart, P),
+        mut numbers: impl Iterator<Item = StartNumbers>,
+        mut visit: impl FnMut(usize, CameraStart),
     ) {
         Isa::best().run_lanes(EachStart {
             view: self,
-            paths,
-            visit,
+            numbers: &mut numbers,
+            visit: &mut visit,
         });
     }
 }
 
-/// See [`CameraView::each_start`].
-struct EachStart<'a, I, V> {
+/// See [`CameraView::each_start`]. Compiled once for all callers.
+struct EachStart<'a> {
     view: &'a CameraView<'a>,
-    paths: I,
-    visit: V,
+    numbers: &'a mut dyn Iterator<Item = StartNumbers>,
+    visit: &'a mut dyn FnMut(usize, CameraStart),
 }
 
-impl<P, I, V> LaneKernel for EachStart<'_, I, V>
-where
-    I: Iterator<Item = (StartNumbers, P)>,
-    V: FnMut(CameraStart, P),
-{
+impl LaneKernel for EachStart<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Width>(mut self, s: S) {
+    fn run<S: Width>(self, s: S) {
         let CameraView {
             scene,
             limits,
@@ -91,19 +86,21 @@ where
             positions,
         } = *self.view;
         let mut packet = Vec::with_capacity(S::LANES);
+        let mut first = 0;
         loop {
-            packet.extend(self.paths.by_ref().take(S::LANES));
+            packet.clear();
+            packet.extend(self.numbers.take(S::LANES));
             let Some(last) = packet.len().checked_sub(1) else {
                 break;
             };
-            let numbers = s.each(|i| packet[i.min(last)].0);
+            let numbers = s.each(|i| packet[i.min(last)]);
             let film = Pair::from_fn(s, |i| numbers.as_ref()[i].film);
             let lens = Pair::from_fn(s, |i| numbers.as_ref()[i].lens);
             let pixels = s.each(|i| numbers.as_ref()[i].pixel);
             let samples = positions.samples(&pixels, film);
             let rays = camera.rays(samples.position, lens).store();
             let weight = samples.weight.store();
-            for (i, (_, path)) in packet.drain(..).enumerate() {
+            for i in 0..=last {
                 let ray = rays.as_ref()[i];
                 let (ray, hidden) = visible_part(scene, limits.hide_emitters, ray);
                 let start = CameraStart {
@@ -111,8 +108,9 @@ where
                     hidden,
                     filter_weight: weight.as_ref()[i],
                 };
-                (self.visit)(start, path);
+                (self.visit)(first + i, start);
             }
+            first += packet.len();
         }
     }
 }
@@ -131,31 +129,26 @@ pub(super) fn start_paths<T: Copy>(
     payload: impl Fn(FirstPart, SobolSequences) -> T,
     walks: &mut Walks<T>,
 ) {
-    let pixels = || samples.tile().pixels().enumerate();
-    let number = |pixel: UVec2| positions.index(pixel);
-    let sequences = |(_, pixel)| run.pass.sobol_sequences(Stream::Pixel, number(pixel));
-    let sequences: Vec<_> = pixels().map(sequences).collect();
+    let pixels: Vec<UVec2> = samples.tile().pixels().collect();
+    let number = |&pixel: &UVec2| positions.index(pixel);
+    let sequences = |pixel| run.pass.sobol_sequences(Stream::Pixel, number(pixel));
+    let sequences: Vec<_> = pixels.iter().map(sequences).collect();
     let points = SobolSequences::each_point(&sequences, CAMERA_SEQUENCE);
-    let path = |((index, pixel), (point, sequences))| {
-        let [x, y, x_lens, y_lens] = point;
-        let numbers = StartNumbers {
-            pixel,
-            film: Vec2::new(x, y),
-            lens: Vec2::new(x_lens, y_lens),
-        };
-        let sampler = run.pass.sampler(Stream::Pixel, number(pixel));
-        (numbers, (index as u32, sequences, sampler))
-    };
-    let paths = pixels().zip(points.into_iter().zip(sequences)).map(path);
+    let numbers = pixels.iter().zip(&points);
+    let numbers = numbers.map(|(&pixel, &[x, y, x_lens, y_lens])| StartNumbers {
+        pixel,
+        film: Vec2::new(x, y),
+        lens: Vec2::new(x_lens, y_lens),
+    });
     let view = CameraView {
         scene,
         limits,
         camera: run.camera,
         positions,
     };
-    view.each_start(paths, |start, (pixel, sequences, sampler)| {
+    view.each_start(numbers, |i, start| {
         let first = FirstPart {
-            pixel,
+            pixel: i as u32,
             hidden: start.hidden,
             event: SampleShare {
                 filter_weight: start.filter_weight,
@@ -163,6 +156,7 @@ pub(super) fn start_paths<T: Copy>(
             },
             surface_share: 1.0,
         };
-        walks.push(start.walk(1, sampler, payload(first, sequences)));
+        let sampler = run.pass.sampler(Stream::Pixel, number(&pixels[i]));
+        walks.push(start.walk(1, sampler, payload(first, sequences[i])));
     });
 }

@@ -61,7 +61,9 @@ pub(super) fn start(
         positions,
     };
     let mut walks = Walks::with_capacity(count);
-    view.each_start(paths.into_iter(), |start, (pixel, number, sampler)| {
+    let numbers = paths.iter().map(|(numbers, _)| *numbers);
+    view.each_start(numbers, |i, start| {
+        let &(_, (pixel, number, ref sampler)) = &paths[i];
         let path = PathState {
             pixel,
             stage: PathStage::BeforeX,
@@ -71,7 +73,7 @@ pub(super) fn start(
                 filter_weight: start.filter_weight,
             }),
         };
-        walks.push(start.walk(camera_paths, sampler, path));
+        walks.push(start.walk(camera_paths, sampler.clone(), path));
     });
     walks
 }

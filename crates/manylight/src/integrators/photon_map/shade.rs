@@ -71,7 +71,7 @@ impl PhotonMapPass<'_> {
                 index: run.pass.index.wrapping_mul(self.camera_paths) + sample,
                 ..run.pass
             };
-            let paths = window.pixels().enumerate().map(|(index, pixel)| {
+            let starts = window.pixels().map(|pixel| {
                 let number = positions.index(pixel);
                 let mut sampler = pass.sampler(Stream::Pixel, number);
                 let numbers = StartNumbers {
@@ -79,12 +79,13 @@ impl PhotonMapPass<'_> {
                     film: pass.low_discrepancy_2d(Stream::Pixel, number),
                     lens: sampler.next_2d(),
                 };
-                (numbers, (index, sampler))
+                (numbers, sampler)
             });
-            view.each_start(paths, |start, (index, sampler)| {
+            let (numbers, samplers): (Vec<_>, Vec<_>) = starts.unzip();
+            view.each_start(numbers.into_iter(), |i, start| {
                 let path = PathState {
                     first: FirstPart {
-                        pixel: index as u32,
+                        pixel: i as u32,
                         hidden: start.hidden,
                         event: SampleShare {
                             filter_weight: start.filter_weight,
@@ -97,7 +98,7 @@ impl PhotonMapPass<'_> {
                     ends: false,
                     meets_emitters: true,
                 };
-                walks.push(start.walk(1, sampler, path));
+                walks.push(start.walk(1, samplers[i].clone(), path));
             });
         }
         walks
