@@ -39,6 +39,8 @@ pub(crate) struct RenderRequest {
     pub(crate) memory_limit: Option<u64>,
     /// Layers and colors of pictures.
     pub(crate) picture: PictureArgs,
+    /// Whether layers go anywhere: into a file, to a preview, or to the denoiser.
+    pub(crate) keeps_layers: bool,
     /// The denoiser.
     pub(crate) denoise: DenoiseArgs,
     /// Blocks, shares and checkpoints.
@@ -56,8 +58,7 @@ pub(crate) struct RenderRequest {
 impl RenderRequest {
     /// A warning of layers that are asked for and that no output keeps.
     pub(crate) fn lost_layers(&self) -> Option<String> {
-        let is_part = self.parts.shard.is_some() || self.parts.checkpoint.is_some();
-        if is_part || have_layers(&self.outputs) {
+        if keeps_part(&self.parts) || have_layers(&self.outputs) {
             return None;
         }
         let option = if !self.picture.aov.is_empty() {
@@ -94,7 +95,6 @@ impl RenderRequest {
         check_combinations(args, method, &kind)?;
         Ok(RenderRequest {
             scene: args.scene.clone(),
-            outputs,
             kind,
             budget: args.budget.budget(),
             paths: PathArgs {
@@ -104,12 +104,14 @@ impl RenderRequest {
             run: args.run.clone(),
             memory_limit: args.memory_limit,
             picture: args.picture.clone(),
+            keeps_layers: keeps_layers(args, &outputs),
             denoise: args.denoise.clone(),
             parts: args.parts.clone(),
             camera: args.camera.clone(),
             frames: args.frames.clone(),
             kept: args.kept.clone(),
             gltf: args.gltf.clone(),
+            outputs,
         })
     }
 
@@ -128,6 +130,7 @@ impl RenderRequest {
             run: args.run.clone(),
             memory_limit: None,
             picture: PictureArgs::default(),
+            keeps_layers: true,
             denoise: DenoiseArgs::default(),
             parts: PartArgs::default(),
             camera: args.camera.clone(),
@@ -344,6 +347,19 @@ fn check_rules(rules: &[GroupRule]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Whether layers of a render go anywhere.
+fn keeps_layers(args: &RenderArgs, outputs: &[PathBuf]) -> bool {
+    have_layers(outputs)
+        || keeps_part(&args.parts)
+        || args.denoise.denoise.is_some()
+        || args.preview.is_some()
+}
+
+/// Whether a render writes a part or a checkpoint, or continues one.
+fn keeps_part(parts: &PartArgs) -> bool {
+    parts.shard.is_some() || parts.checkpoint.is_some() || parts.resume.is_some()
 }
 
 /// Whether a file of `outputs` has layers.

@@ -256,6 +256,7 @@ impl Session {
     /// The method as it was asked for, with the layers of the scene's light groups.
     fn method(&self) -> Method {
         let mut method = self.request.method(self.scene.limits);
+        method.extra.picture_only = !self.request.keeps_layers;
         if self.request.picture.has_light_groups() {
             method.extra.light_groups = self.scene.light_groups.count();
         }

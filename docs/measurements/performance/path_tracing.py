@@ -3,8 +3,8 @@
 Usage: python path_tracing.py MANYLIGHT [MANYLIGHT...] --scenes SCENE.xml... [--width 480] [--spp 64] [--runs 5]
 
 Of both programs the shading counts: stage `shade` of `manylight render`, and Mitsuba's render call, which a first call has
-compiled. Size, depth, Russian roulette and samples are equal. A table with the medians and the ratio Mitsuba / manylight goes to
-stdout. Needs `pip install mitsuba`, and LLVM as DRJIT_LIBLLVM_PATH.
+compiled. Neither records layers beside the picture. Size, depth, Russian roulette and samples are equal. A table with the
+medians and the ratio Mitsuba / manylight goes to stdout. Needs `pip install mitsuba`, and LLVM as DRJIT_LIBLLVM_PATH.
 """
 
 import argparse
@@ -23,7 +23,7 @@ def ours(binary: str, scene: str, size: list[int], depth: list[int], args: argpa
     """Seconds of shading."""
     with tempfile.TemporaryDirectory() as folder:
         words = [binary, "render", scene, "-m", "path", "--spp", str(args.spp), "--size", "x".join(map(str, size))]
-        words += ["--max-depth", str(depth[0]), "--json", "-q", "-o", f"{folder}/image.exr"]
+        words += ["--max-depth", str(depth[0]), "--json", "-q", "-o", f"{folder}/image.png"]
         done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"error: {' '.join(words)}:\n{done.stderr}")

@@ -105,6 +105,7 @@ impl PictureArgs {
             objects: has(Aov::Object),
             materials: has(Aov::Material),
             light_groups: 0,
+            picture_only: false,
         }
     }
 

@@ -181,6 +181,7 @@ fn request(
     }
     let request = RenderRequest {
         outputs: Vec::new(),
+        keeps_layers: true,
         ..request
     };
     Ok((request, lights))

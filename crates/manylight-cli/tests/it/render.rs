@@ -183,6 +183,25 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
+fn a_picture_is_the_same_with_and_without_a_file_of_layers() {
+    let folder = Folder::new(BOX);
+    for method in [
+        "path",
+        "rich-vpl -n 32 --photons 3000",
+        "photon-map --photons 3000",
+    ] {
+        for outputs in ["-o alone.pfm", "-o beside.pfm -o layers.exr"] {
+            let words = format!("render scene.xml -m {method} --passes 2 {outputs}");
+            folder.run(&words).code(0);
+        }
+        let bytes = |name| std::fs::read(folder.path(name)).unwrap();
+        assert!(bytes("alone.pfm") == bytes("beside.pfm"), "{method}");
+        let layers = read_layered_image(&folder.path("layers.exr")).unwrap();
+        assert!(layers.channel("direct.R").is_some(), "{method}");
+    }
+}
+
+#[test]
 fn the_command_in_the_metadata_makes_the_same_image() {
     let folder = Folder::new(BOX);
     let options = "-m vpl -n 20 --photons 1000 --clamp 3 --max-depth -1 --crop 0,0.5,0,1 --seed 3";

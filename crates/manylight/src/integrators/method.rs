@@ -17,9 +17,13 @@ pub struct Method {
     pub extra: ExtraLayers,
 }
 
-/// Layers that are recorded on request.
+/// Layers that are recorded, or left out, on request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExtraLayers {
+    /// Leaves out the layers that the method fills in any case, but those of the picture and its
+    /// error: beauty, emission and alpha. [`MethodKind::Aov`] and [`MethodKind::Mixed`] need the
+    /// others.
+    pub picture_only: bool,
     /// [`Layer::Position`].
     pub position: bool,
     /// [`IdLayer::Object`].
@@ -124,9 +128,23 @@ impl Method {
         }
     }
 
+    /// Whether the film is without the layers that [`ExtraLayers::picture_only`] leaves out.
+    fn has_picture_only(&self) -> bool {
+        let needs_layers = matches!(self.kind, MethodKind::Aov | MethodKind::Mixed(_));
+        self.extra.picture_only && !needs_layers
+    }
+
     /// The layers that this method fills, beauty first.
     pub fn layers(&self) -> Vec<Layer> {
         let mut layers = vec![Layer::Beauty];
+        if self.has_picture_only() {
+            if self.kind != MethodKind::LightTracer {
+                layers.extend([Layer::Emission, Layer::Alpha]);
+                layers.extend(self.extra.position.then_some(Layer::Position));
+            }
+            layers.extend(Layer::of_light_groups(self.extra.light_groups));
+            return layers;
+        }
         if !matches!(self.kind, MethodKind::LightTracer | MethodKind::Aov) {
             layers.extend([
                 Layer::Emission,

@@ -31,6 +31,7 @@ fn job(scene: &Scene, kind: MethodKind) -> RenderJob<'_> {
             MethodKind::Aov => 0,
             _ => scene.light_groups.count(),
         },
+        ..ExtraLayers::default()
     };
     RenderJob {
         scene,

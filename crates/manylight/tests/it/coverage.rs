@@ -61,7 +61,7 @@ fn all_layers() -> ExtraLayers {
         position: true,
         objects: true,
         materials: true,
-        light_groups: 0,
+        ..ExtraLayers::default()
     }
 }
 

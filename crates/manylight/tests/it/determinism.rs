@@ -1,7 +1,8 @@
 //! The same bits for any number of threads; the same image at any scale.
 
-use crate::common::{film, methods};
-use manylight::film::Layer;
+use crate::common::{film, film_with, methods};
+use manylight::film::{ErrorBars, Layer};
+use manylight::integrators::ExtraLayers;
 use manylight::math::{Affine3A, Vec3};
 use manylight::testing::scenes::{Builder, glossy_box};
 
@@ -24,6 +25,29 @@ fn one_two_and_five_threads_give_the_same_bits() {
             one == render(2) && one == render(5),
             "{kind:?} depends on the number of threads"
         );
+    }
+}
+
+#[test]
+fn a_picture_is_the_same_without_other_layers() {
+    let scene = glossy_box(24).build();
+    for kind in methods() {
+        let film = |picture_only| {
+            let extra = ExtraLayers {
+                picture_only,
+                ..ExtraLayers::default()
+            };
+            film_with(&scene, kind.clone(), extra, 4, 7)
+        };
+        let (alone, beside) = (film(true), film(false));
+        assert!(alone.layers().len() <= beside.layers().len(), "{kind:?}");
+        for layer in [Layer::Beauty, Layer::Emission, Layer::Alpha] {
+            assert!(alone.image(layer) == beside.image(layer), "{kind:?}");
+        }
+        assert!(alone.alpha() == beside.alpha(), "{kind:?}");
+        assert!(alone.variance() == beside.variance(), "{kind:?}");
+        let bars = |film| ErrorBars::of_film(film).map(|bars| bars.pixels);
+        assert!(bars(&alone) == bars(&beside), "{kind:?}");
     }
 }
 

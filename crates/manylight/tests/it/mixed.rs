@@ -109,7 +109,7 @@ fn first_surfaces_are_those_of_both_methods() {
         position: true,
         objects: true,
         materials: true,
-        light_groups: 0,
+        ..ExtraLayers::default()
     };
     let kinds = [MethodKind::Mixed(mixed(lights())), MethodKind::Path];
     let [both, path] = kinds.map(|kind| film_with(&scene, kind, extra, 256, 5));
