@@ -106,6 +106,7 @@ impl Rgb {
 }
 
 impl From<[f32; 3]> for Rgb {
+    #[inline]
     fn from([r, g, b]: [f32; 3]) -> Self {
         Rgb::new(r, g, b)
     }

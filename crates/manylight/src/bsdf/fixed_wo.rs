@@ -52,6 +52,7 @@ impl<'b, 's> FixedWo<'b, 's> {
 
     /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector
     /// `axis`.
+    #[inline]
     pub(crate) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         let incident = IncidentCone {
             axis: self.bsdf.frame.to_local(axis.into()).into(),

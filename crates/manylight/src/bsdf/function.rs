@@ -133,6 +133,7 @@ impl<'s> Bsdf<'s> {
     }
 
     /// `f |wo·ng|`: radiant intensity towards `wo` over incident flux.
+    #[inline]
     pub fn f_cos_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         self.f(wi, wo, lobes) * wo.dot(self.ng.into()).abs()
     }

@@ -1,6 +1,7 @@
 //! Cones of directions, as arguments of upper bounds.
 
 use crate::math::{Spread, Vec3, float::safe_sqrt};
+use crate::simd::array;
 
 /// Cosine of half the angle between two nearly opposite directions: below it any half vector counts
 /// as possible, because half vectors move without bound there. At 0.04 and 0.16, the pixel variance
@@ -30,6 +31,7 @@ pub(super) struct HalfVectorBounds {
 
 impl IncidentCone {
     /// The cone in another frame; `change` transforms directions to it.
+    #[inline]
     pub(super) fn map(self, change: impl FnOnce(Vec3) -> Vec3) -> Self {
         IncidentCone {
             axis: change(self.axis),
@@ -72,7 +74,8 @@ impl IncidentCone {
     /// plane of the two directions, `δ / (2 cosθ_d)` perpendicular to it.
     #[inline(always)]
     pub(super) fn halves(&self, wo: Vec3) -> HalfVectorBounds {
-        let cosines = self.cosines_to(wo).map(|cos| safe_sqrt(0.5 + 0.5 * cos));
+        let to_wo = self.cosines_to(wo);
+        let cosines: [f32; 2] = array(|end| safe_sqrt(0.5 + 0.5 * to_wo[end]));
         let half = self.axis + wo;
         let cos = half.z / half.length_squared().sqrt();
         let moved = self.spread.half_angle / (2.0 * cosines[0]);

@@ -9,6 +9,8 @@
 //! var m ≈ Σ_b (S_b - n_b m)² / (n² - Σ_b n_b²),   m = Σ S_b / n,   n = Σ n_b
 //! ```
 
+use crate::simd::array;
+
 /// Number and sizes of the completed batches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct BatchCounts {
@@ -122,8 +124,9 @@ impl BatchMoments {
 }
 
 /// Sum by channel.
+#[inline]
 pub(super) fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| a[c] + b[c])
+    array(|c| a[c] + b[c])
 }
 
 #[cfg(test)]

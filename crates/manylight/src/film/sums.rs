@@ -7,6 +7,7 @@ use super::layer::Layer;
 use super::tiles::{Tile, TileGrid, Tiling};
 use crate::color::Rgb;
 use crate::math::UVec2;
+use crate::simd::array;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -149,6 +150,7 @@ impl TileSums {
 
     /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of the
     /// emission, if recorded; `half` is that of the pass.
+    #[inline]
     pub(super) fn commit(
         &mut self,
         i: usize,
@@ -159,7 +161,8 @@ impl TileSums {
     ) {
         let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
-            *sum = add(*sum, value.to_array().map(f64::from));
+            let value = value.to_array();
+            *sum = add(*sum, array(|c| f64::from(value[c])));
         }
         // Flat slices, of which loops become vector instructions.
         let sums = &mut self.sums[i * pixel.len()..][..pixel.len()];

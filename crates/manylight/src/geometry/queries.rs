@@ -157,6 +157,7 @@ impl Geometry {
     }
 
     /// The nearest hit with surfaces of one class.
+    #[inline]
     fn nearest(&self, class: SurfaceClass, ray: &Ray) -> Option<Hit> {
         let surfaces = self.world.surfaces(class);
         let triangle = surfaces.nearest_triangle(ray);

@@ -24,6 +24,7 @@ impl HilbertCurve {
     }
 
     /// Index of the position `p`; positions outside of the cube are moved onto its boundary.
+    #[inline]
     pub(crate) fn index(&self, p: Vec3) -> u64 {
         let last = ((1 << BITS) - 1) as f32;
         let q = ((p - self.origin) * self.scale).clamp(Vec3::ZERO, Vec3::splat(last));

@@ -18,7 +18,7 @@ mod width;
 
 pub use portable::One;
 pub use width::{LANES, Width};
-pub(crate) use width::{LaneKernel, NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
+pub(crate) use width::{LaneKernel, NARROW, Outlined, Simd, SimdKernel, Sixteen, array, set_bits};
 
 pub(crate) use portable::Portable;
 use std::sync::OnceLock;

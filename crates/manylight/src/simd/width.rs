@@ -205,7 +205,7 @@ pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
 /// `value(i)` at each index, asked for once in ascending order. Functions of the standard library
 /// over arrays are not always inlined.
 #[inline(always)]
-pub(super) fn array<T: Copy, const N: usize>(mut value: impl FnMut(usize) -> T) -> [T; N] {
+pub(crate) fn array<T: Copy, const N: usize>(mut value: impl FnMut(usize) -> T) -> [T; N] {
     let mut all = [value(0); N];
     for (i, element) in all.iter_mut().enumerate().skip(1) {
         *element = value(i);

@@ -4,6 +4,7 @@
 //! with all octaves, which it fades out where they are smaller than a pixel.
 
 use crate::math::Vec3;
+use crate::simd::array;
 
 /// Factor of the frequency from one octave to the next: not 2, so that the lattices of octaves do
 /// not coincide.
@@ -33,8 +34,8 @@ pub(super) fn noise(p: Vec3) -> f32 {
     let lattice = cell.to_array().map(|c| c.rem_euclid(256.0) as usize);
     let corner = |i: usize| {
         let offset = [i & 1, i >> 1 & 1, i >> 2];
-        let at = std::array::from_fn(|axis| lattice[axis] + offset[axis]);
-        let from = d - Vec3::from_array(offset.map(|o| o as f32));
+        let at = array(|axis| lattice[axis] + offset[axis]);
+        let from = d - Vec3::from_array(array(|axis| offset[axis] as f32));
         gradient_product(hash(at), from)
     };
     let w = d.to_array().map(fade);

@@ -6,6 +6,7 @@ use crate::color::Rgb;
 use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
+use crate::simd::array;
 
 /// Number of directions, over all paths of a light, from which the reflected flux is estimated.
 /// Where half of the directions lie in the domain, the relative standard deviation is `1/√256`, 6
@@ -43,7 +44,7 @@ impl Reflection<'_> {
     /// its flux in W and the relative index of refraction of the event; `None` if no direction is
     /// sampled.
     fn sample_glossy(&self, shift: [f32; 3], i: u32) -> Option<(Vec3, Rgb, f32)> {
-        let u: [f32; 3] = std::array::from_fn(|c| {
+        let u: [f32; 3] = array(|c| {
             (shift[c] + STEPS[c] * i as f32)
                 .fract()
                 .min(ONE_MINUS_EPSILON)

@@ -3,6 +3,7 @@
 use super::table_blocks::EDGE;
 use crate::lanes::{Float, Mask, One, Pair, Vector, Width};
 use crate::math::Vec3;
+use crate::simd::array;
 
 /// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit
 /// vector `w` in a table of `side`² texels, with texel centers at `(i + 1/2) / side`. It wraps over
@@ -10,7 +11,7 @@ use crate::math::Vec3;
 #[inline]
 pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
     let corners = TexelCorners::<One>::of(w.into(), side as f32, Mask::splat(One, true));
-    std::array::from_fn(|k| {
+    array(|k| {
         let [texel] = corners.in_rows(k);
         (texel as usize, corners.weights[k].get())
     })

@@ -9,8 +9,8 @@ use crate::arrays::{
 };
 use crate::color::Rgb;
 use crate::lanes::{Color, Vector, Width};
-use crate::math::Vec3;
 use crate::math::octahedral::{direction_from_square, square_from_direction};
+use crate::math::{Vec2, Vec3};
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -187,7 +187,8 @@ impl VmfLobe {
     /// `μ`.
     #[inline(always)]
     pub(crate) fn axis(&self) -> Vec3 {
-        direction_from_square(self.axis.map(|x| f32::from(x) / UNITS).into())
+        let [x, y] = self.axis;
+        direction_from_square(Vec2::new(x.into(), y.into()) / UNITS)
     }
 
     /// `κ`.
@@ -305,7 +306,7 @@ impl VmfMixtures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Frame, Vec2};
+    use crate::math::Frame;
     use crate::sampling::warp::von_mises_fisher;
 
     /// Quadrature over rings around the axis, with the fraction of each ring above the plane in

@@ -150,8 +150,9 @@ impl ConductorFresnel<One> {
     /// minimum, so it is largest at an end.
     #[inline(always)]
     pub(in crate::bsdf) fn bound(&self, cosines: [f32; 2]) -> Rgb {
-        let [a, b] = cosines.map(|cos| Rgb::from(self.reflectance(cos.into())));
-        a.zip(b, f32::max)
+        let reflectance = |cos: f32| Rgb::from(self.reflectance(cos.into()));
+        let [a, b] = cosines;
+        reflectance(a).zip(reflectance(b), f32::max)
     }
 }
 
