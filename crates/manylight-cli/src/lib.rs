@@ -20,7 +20,7 @@
 //!  4 choice denoiser light_groups request picture progress usage
 //!  3 args method
 //!  2 preset version
-//!  1 light_options output interrupt frame_files
+//!  1 light_options output interrupt frame_files film_window
 //!  0 failure names values stated_error
 //! ```
 
@@ -30,6 +30,7 @@ mod command;
 mod denoiser;
 pub mod embed;
 mod failure;
+mod film_window;
 mod frame_files;
 mod interim;
 mod interrupt;

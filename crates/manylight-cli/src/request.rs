@@ -5,12 +5,11 @@ use crate::args::{
     PictureArgs, RenderArgs, RunArgs,
 };
 use crate::failure::Failure;
+use crate::film_window::{resize, set_crop};
 use crate::method::{choice_refusal, method_kind};
 use crate::preset::{self, Preset};
-use crate::values::{Crop, GroupRule};
-use manylight::film::FilmDesc;
+use crate::values::GroupRule;
 use manylight::integrators::{KeptLights, Method, MethodKind};
-use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::PathLimits;
 use manylight::sensors::SensorDesc;
@@ -58,7 +57,7 @@ pub(crate) struct RenderRequest {
 impl RenderRequest {
     /// A warning of layers that are asked for and that no output keeps.
     pub(crate) fn lost_layers(&self) -> Option<String> {
-        if keeps_part(&self.parts) || have_layers(&self.outputs) {
+        if writes_part(&self.parts) || have_layers(&self.outputs) {
             return None;
         }
         let option = if !self.picture.aov.is_empty() {
@@ -349,17 +348,18 @@ fn check_rules(rules: &[GroupRule]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether layers of a render go anywhere.
+/// Whether layers of a render go anywhere. A resumed film has those of its checkpoint.
 fn keeps_layers(args: &RenderArgs, outputs: &[PathBuf]) -> bool {
     have_layers(outputs)
-        || keeps_part(&args.parts)
+        || writes_part(&args.parts)
+        || args.parts.resume.is_some()
         || args.denoise.denoise.is_some()
         || args.preview.is_some()
 }
 
-/// Whether a render writes a part or a checkpoint, or continues one.
-fn keeps_part(parts: &PartArgs) -> bool {
-    parts.shard.is_some() || parts.checkpoint.is_some() || parts.resume.is_some()
+/// Whether a render writes a part or a checkpoint.
+fn writes_part(parts: &PartArgs) -> bool {
+    parts.shard.is_some() || parts.checkpoint.is_some()
 }
 
 /// Whether a file of `outputs` has layers.
@@ -387,39 +387,11 @@ pub(crate) fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Changes the image size and scales the crop window with it.
-fn resize(film: &mut FilmDesc, size: UVec2) {
-    let scale = size.as_dvec2() / film.size.as_dvec2();
-    let scaled = |pixels: UVec2| (pixels.as_dvec2() * scale).round().as_uvec2();
-    let first = scaled(film.crop_offset).min(size - UVec2::ONE);
-    let end = scaled(film.crop_offset + film.crop_size).clamp(first + UVec2::ONE, size);
-    *film = FilmDesc {
-        size,
-        crop_offset: first,
-        crop_size: end - first,
-        filter: film.filter,
-    };
-}
-
-/// Sets the crop window, rounded to whole pixels and at least one.
-fn set_crop(film: &mut FilmDesc, crop: Crop) {
-    let scaled = |x: f32, y: f32| {
-        (Vec2::new(x, y).as_dvec2() * film.size.as_dvec2())
-            .round()
-            .as_uvec2()
-    };
-    let first = scaled(crop.x[0], crop.y[0]).min(film.size - UVec2::ONE);
-    let end = scaled(crop.x[1], crop.y[1]).clamp(first + UVec2::ONE, film.size);
-    film.crop_offset = first;
-    film.crop_size = end - first;
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::args::{Cli, Command, Denoiser};
     use clap::Parser;
-    use manylight::film::Filter;
     use manylight::integrators::ManyLight;
     use std::time::Duration;
 
@@ -430,15 +402,6 @@ mod tests {
         match Cli::try_parse_from(all).unwrap().command {
             Command::Render(args) => RenderRequest::new(&args),
             _ => unreachable!(),
-        }
-    }
-
-    fn film() -> FilmDesc {
-        FilmDesc {
-            size: UVec2::new(200, 100),
-            crop_offset: UVec2::new(50, 20),
-            crop_size: UVec2::new(100, 30),
-            filter: Filter::Box,
         }
     }
 
@@ -568,48 +531,5 @@ mod tests {
         ] {
             assert_eq!(request(words).unwrap_err().exit_code(), 2, "{words}");
         }
-    }
-
-    #[test]
-    fn resizing_scales_the_crop() {
-        let mut half = film();
-        resize(&mut half, UVec2::new(100, 50));
-        assert_eq!(
-            (half.crop_offset, half.crop_size),
-            (UVec2::new(25, 10), UVec2::new(50, 15))
-        );
-        let mut tiny = film();
-        resize(&mut tiny, UVec2::new(1, 1));
-        assert_eq!(
-            (tiny.crop_offset, tiny.crop_size),
-            (UVec2::ZERO, UVec2::ONE)
-        );
-    }
-
-    #[test]
-    fn crops_are_whole_pixels() {
-        let mut film = film();
-        set_crop(
-            &mut film,
-            Crop {
-                x: [0.25, 0.5],
-                y: [0.0, 1.0],
-            },
-        );
-        assert_eq!(
-            (film.crop_offset, film.crop_size),
-            (UVec2::new(50, 0), UVec2::new(50, 100))
-        );
-        set_crop(
-            &mut film,
-            Crop {
-                x: [0.999, 1.0],
-                y: [0.5, 0.5001],
-            },
-        );
-        assert_eq!(
-            (film.crop_offset, film.crop_size),
-            (UVec2::new(199, 50), UVec2::ONE)
-        );
     }
 }

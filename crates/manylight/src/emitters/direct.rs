@@ -10,9 +10,9 @@ use super::infinite::{ENVIRONMENT, InfiniteLightSamples};
 use super::receivers::Receivers;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
-use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width, Word, split};
+use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width, Word, lane, split};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{array, set_bits};
+use crate::simd::set_bits;
 use crate::texture::Texture;
 
 /// Fraction of the samples of infinite lights that are guided, where there is a guide. Measured at
@@ -275,7 +275,7 @@ impl Emitters {
         let (wi, mut densities) = (wi.store(), s.each(|_| 0.0));
         for i in set_bits(has_lobes.bits()) {
             if let Some(lobes) = lobes.and_then(|lobes| lobes.as_ref()[i]) {
-                let wi = array(|c| wi[c].as_ref()[i]).into();
+                let wi = lane(&wi, i).into();
                 densities.as_mut()[i] = if S::LANES == 1 {
                     lobes.pdf(wi)
                 } else {

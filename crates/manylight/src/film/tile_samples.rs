@@ -136,11 +136,6 @@ impl TileSamples<'_> {
         self.tile
     }
 
-    /// Whether the film records this layer.
-    pub fn records(&self, layer: Layer) -> bool {
-        self.slots.of(layer).is_some()
-    }
-
     /// Adds `value` to a layer of pixel `index` of the tile, in row order. A term of the path
     /// partition is added to the beauty too. Layers that the film does not record are ignored.
     #[inline]

@@ -9,9 +9,9 @@ use super::visible_point::VisiblePoints;
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::{Derivatives, Geometry, SurfacePoints};
-use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word, lane};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{array, outlined, set_bits};
+use crate::simd::{outlined, set_bits};
 use crate::texture::{ColorInput, Texture};
 
 /// The lanes with elements of each kind.
@@ -184,12 +184,12 @@ impl ElementList {
         u: Pair<S>,
     ) -> VisiblePoints<S> {
         let s = lanes.width();
-        let (elements, u) = (element.store(), [u.x.store(), u.y.store()]);
+        let (elements, x, y) = (element.store(), u.x.store(), u.y.store());
         let (mut refs, mut emitters) = (s.each(|_| None), s.each(|_| 0));
         let (mut any, mut sampled) = (None, 0);
         for i in set_bits(lanes.bits()) {
             let element = self.element(elements.as_ref()[i] as usize);
-            let u = array(|c| u[c].as_ref()[i]).into();
+            let u = Vec2::new(x.as_ref()[i], y.as_ref()[i]);
             let at = element.sample_ref(scene.geometry, u);
             refs.as_mut()[i] = at;
             emitters.as_mut()[i] = element.emitter.0;
@@ -273,7 +273,7 @@ fn spot_intensity<S: Width>(
     let (w, s) = (w.store(), lanes.width());
     let mut intensities = s.each(|_| Rgb::BLACK);
     for i in set_bits((lanes & valid).bits()) {
-        let w = array(|c| w[c].as_ref()[i]).into();
+        let w = lane(&w, i).into();
         intensities.as_mut()[i] = spot.point_intensity(textures, w);
     }
     Color::from_fn(s, |i| intensities.as_ref()[i])
