@@ -161,6 +161,7 @@ fn contradiction(found: Contradiction) -> Failure {
             "use at most --table-size 60, or --table-storage shared",
         ),
         Contradiction::Pattern => ("--interleaving of no power of two", "use 1, 2 or 4"),
+        Contradiction::CameraPaths => unreachable!("no option sets the number of camera paths"),
     };
     Failure::usage(
         format!("{options} is a contradiction"),

@@ -9,6 +9,7 @@ use manylight::image::Image;
 use manylight::integrators::choice::FilterInput;
 use manylight::integrators::{ChoicePrePass, PassContext};
 use manylight::sampling::Pass;
+use manylight::scene::LimitedScene;
 use manylight_denoise::{Oidn, denoise_picture};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -36,9 +37,9 @@ pub(crate) fn choose(session: &Session, oidn: Option<&Oidn>) -> Result<(), Failu
             seed: request.paths.seed,
             index: 0,
         };
-        let (scene, stats) = (&session.scene, &session.stats);
-        let run = PassContext::of_picture(scene, pass, guide, stats, &never);
-        ChoicePrePass::new(lights, (&session.scene, method.limits), &run)
+        let (scene, limits) = (&*session.scene, method.limits);
+        let run = PassContext::of_picture(scene, pass, guide, &session.stats, &never);
+        ChoicePrePass::new(lights, LimitedScene { scene, limits }, &run)
     });
     let choice = session.stats.time("choice", || match oidn {
         None => pre_pass.choice(None),

@@ -6,7 +6,7 @@ use super::context::PassContext;
 use crate::film::{Film, TileSamples, Tiling};
 use crate::ids::MaterialId;
 use crate::lanes::Width;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 use crate::transport::stream::{PacketShader, WalkStream, Walks, shade_packets};
 
 /// One sample per pixel. `false` if cancelled.
@@ -20,7 +20,14 @@ pub(super) fn render_pass(
     run.shade(film, Tiling::OF_STREAMS, |out| {
         let mut walks = Walks::with_capacity(out.tile().count());
         let first = |first, _| first;
-        start_paths((scene, limits), run, &positions, out, first, &mut walks);
+        start_paths(
+            LimitedScene { scene, limits },
+            run,
+            &positions,
+            out,
+            first,
+            &mut walks,
+        );
         follow_paths(scene, limits, &mut WalkStream::new(walks), |round, next| {
             round.leave(|_| None, |_, _, _| (), out);
             let mut first = FirstVertices { round, next, out };

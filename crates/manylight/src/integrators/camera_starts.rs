@@ -8,7 +8,7 @@ use crate::geometry::Ray;
 use crate::lanes::{LaneKernel, Pair, Width};
 use crate::math::{UVec2, Vec2};
 use crate::sampling::{Sampler, SobolSequences, Stream};
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 use crate::sensors::Sensor;
 use crate::simd::Isa;
 use crate::transport::stream::{WalkRow, Walks};
@@ -122,7 +122,7 @@ pub(super) const CAMERA_SEQUENCE: u32 = 0;
 /// Appends to `walks` a camera path for each pixel of a tile, at the camera; `payload` is made of
 /// its part in the layers of first surfaces, and of the sequences of its pixel.
 pub(super) fn start_paths<T: Copy>(
-    (scene, limits): (&Scene, PathLimits),
+    LimitedScene { scene, limits }: LimitedScene,
     run: &PassContext,
     positions: &FilmSampler,
     samples: &TileSamples,

@@ -11,7 +11,7 @@ use crate::geometry::Segment;
 use crate::ids::LightGroup;
 use crate::lanes::{Color, Float, Mask, Pair, Width, lane};
 use crate::math::Vec3;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, Scene};
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::Vertices;
@@ -146,7 +146,7 @@ impl Connections {
     #[inline(always)]
     pub(super) fn connect_emitters<'a, S: Width>(
         &mut self,
-        (scene, limits): (&'a Scene, PathLimits),
+        LimitedScene { scene, limits }: LimitedScene<'a>,
         v: &Vertices<S>,
         query: EmitterQuery<'a, S>,
         reflection: &impl EmitterReflection<S>,

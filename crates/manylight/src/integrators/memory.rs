@@ -121,7 +121,7 @@ pub fn estimated_memory(
                     (lights, passes.map_or(1, |n| lights.group_count(n)))
                 }
             };
-            let group = of_many_light(&lights, probes, method.limits, last);
+            let group = of_many_light(&lights, probes, method, last);
             stages.extend(group.map(|stage| StageMemory {
                 bytes: stage.bytes.saturating_mul(u64::from(kept)),
                 ..stage
@@ -135,17 +135,17 @@ pub fn estimated_memory(
     stages
 }
 
-/// Of the largest group of passes up to `last`.
+/// Of the largest group of passes of `lights` up to `last`, in a render by `method`.
 fn of_many_light(
-    method: &ManyLight,
+    lights: &ManyLight,
     probes: Probes,
-    limits: PathLimits,
+    method: &Method,
     last: u32,
 ) -> [StageMemory; 4] {
-    let scene = probes.scene;
-    let group = method.pass_group(last);
+    let (scene, limits) = (probes.scene, method.limits);
+    let group = lights.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
-    let shaded = f64::from(method.light_count) * f64::from(group.subsets);
+    let shaded = f64::from(lights.light_count) * f64::from(group.subsets);
     let probes = probes.photons(limits, usable_by_virtual_lights);
     let is_glossy = |photon: &&Photon| {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
@@ -153,9 +153,9 @@ fn of_many_light(
     };
     let glossy = probes.par_iter().filter(is_glossy).count() as f64;
     let glossy = (GLOSSY_PREFERENCE * glossy / probes.len().max(1) as f64).min(1.0);
-    let form = method.emission.glossy_form();
+    let form = lights.emission.glossy_form();
     let glossy_nodes = form.map_or(1.0, |_| glossy);
-    let tree = match method.strategy {
+    let tree = match lights.strategy {
         Strategy::All => 0.0,
         Strategy::Cuts(_) => LightTree::bytes_per_light(glossy_nodes),
         Strategy::Bidirectional(_) => LightTree::bytes_per_light(2.0 * glossy_nodes),
@@ -164,10 +164,11 @@ fn of_many_light(
     let unshaded_light = VirtualLights::bytes_per_light(form, 0.0, limits);
     let importons = f64::from(group.importon_paths) * size_of::<Importon>() as f64;
     let photons = photons_of(&probes, f64::from(group.photon_paths));
-    let cache = match method.compensation {
+    let cache = match lights.compensation {
         Compensation::None => 0.0,
         Compensation::KolligKeller => {
-            RadianceCache::bytes_for(photons, group.passes.len()) * COPIES
+            let light_groups = method.extra.light_groups;
+            RadianceCache::bytes_for(photons, group.passes.len(), light_groups) * COPIES
         }
     };
     let stage = |stage, bytes: f64| StageMemory {

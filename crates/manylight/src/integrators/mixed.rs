@@ -10,13 +10,13 @@
 //! them all as [`Layer::VirtualLights`].
 
 use super::context::PassContext;
-use super::many_light::{KeptPasses, ManyLight};
+use super::many_light::{ManyLight, PreparedGroups};
 use super::path;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, ShadedPixels, TileSamples, Tiling};
 use crate::math::UVec2;
 use crate::sampling::Pass;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::LimitedScene;
 use std::num::NonZeroU32;
 
 /// Changes the seed of the path samples, so that they do not share numbers with the camera paths of
@@ -66,9 +66,9 @@ impl Mixed {
     /// One pass by virtual lights, with its path samples. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
-        scene: (&'s Scene, PathLimits),
+        scene: LimitedScene<'s>,
         run: &PassContext,
-        kept: &mut KeptPasses<'s>,
+        kept: &mut PreparedGroups<'s>,
         film: &mut Film,
     ) -> bool {
         let paths = self.paths(scene, run, film);
@@ -86,7 +86,7 @@ impl Mixed {
     }
 
     /// Sums of the path samples of a pass; unfinished if it is cancelled.
-    fn paths(&self, scene: (&Scene, PathLimits), run: &PassContext, film: &Film) -> ShadedPixels {
+    fn paths(&self, scene: LimitedScene, run: &PassContext, film: &Film) -> ShadedPixels {
         let layers = (film.layers(), film.id_layers());
         let samples = self.path_samples.get();
         let Pass { seed, index } = run.pass;

@@ -1,18 +1,18 @@
 //! A method at work on a scene, pass by pass.
 
 use super::context::PassContext;
-use super::many_light::{KeptLights, KeptPasses, LightsContext, ManyLight, with_fixed_effort};
+use super::many_light::{KeptLights, LightsContext, ManyLight, PreparedGroups, with_fixed_effort};
 use super::method::{Method, MethodKind};
 use super::{aov, light_tracer, path};
 use crate::film::Film;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 
 /// A method at work on a scene, with the virtual lights that its passes share.
 #[derive(Debug)]
 pub struct Renderer<'s> {
     scene: &'s Scene,
     method: Method,
-    kept: KeptPasses<'s>,
+    kept: PreparedGroups<'s>,
 }
 
 impl<'s> Renderer<'s> {
@@ -33,7 +33,7 @@ impl<'s> Renderer<'s> {
         Renderer {
             scene,
             method,
-            kept: KeptPasses::new(kept_groups),
+            kept: PreparedGroups::new(kept_groups),
         }
     }
 
@@ -82,11 +82,15 @@ impl<'s> Renderer<'s> {
             }
             MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
             MethodKind::Aov => aov::render_pass(scene, limits, run, film),
-            MethodKind::ManyLight(settings) => {
-                settings.render_pass((scene, limits), run, &mut self.kept, film, (|_| (), |_| ()))
-            }
+            MethodKind::ManyLight(settings) => settings.render_pass(
+                LimitedScene { scene, limits },
+                run,
+                &mut self.kept,
+                film,
+                (|_| (), |_| ()),
+            ),
             MethodKind::Mixed(settings) => {
-                settings.render_pass((scene, limits), run, &mut self.kept, film)
+                settings.render_pass(LimitedScene { scene, limits }, run, &mut self.kept, film)
             }
             MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
         }

@@ -119,13 +119,13 @@ impl<'m> NearbyImportance<'m> {
     }
 }
 
-/// Radius of the kernel of a density estimate: `share · min(largest, d_K)`.
+/// Radius of the kernel of a density estimate: `radius_scale · min(largest, d_K)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Bandwidth {
     /// Largest radius of the search for the K-th neighbor, in m.
     pub largest: f32,
     /// Factor in (0, 1].
-    pub share: f32,
+    pub radius_scale: f32,
 }
 
 /// Factor on the bandwidth in pass `pass` >= 1: `pass^(-1/6)`. Radii shrink so that the mean over
@@ -199,7 +199,7 @@ pub fn density_estimate<'m, P: OnSurface + Sync>(
     mut visit: impl FnMut(&'m P, f32),
 ) -> f32 {
     photons.nearest(receiver.p, bandwidth.largest, found);
-    let radius = found.radius_squared().sqrt() * bandwidth.share;
+    let radius = found.radius_squared().sqrt() * bandwidth.radius_scale;
     for (i, d2) in found.iter() {
         let item = &photons.items()[i as usize];
         if receiver.shares_surface(item.position(), item.normal(), radius) {
@@ -221,7 +221,6 @@ mod tests {
         Importon {
             p,
             n,
-            wo: n,
             importance: 1.0,
         }
     }

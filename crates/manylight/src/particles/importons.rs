@@ -23,8 +23,6 @@ pub struct Importon {
     /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting
     /// surface, on the other side.
     pub n: Vec3,
-    /// Unit direction to the gather point.
-    pub wo: Vec3,
     /// Importance `Ψ`, already divided by the number of importon paths.
     pub importance: f32,
 }
@@ -155,13 +153,12 @@ impl StoredImportons {
         let s = v.w_prev.x.width();
         let importance = walks.throughput(s, &v.index).luminance().store();
         let n = v.x.normals_towards(v.w_prev).store();
-        let (p, wo) = (v.x.p.store(), v.w_prev.store());
+        let p = v.x.p.store();
         for i in set_bits(receives) {
             let path = v.payload(walks, i);
             let importon = Importon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
-                wo: Vec3::from(lane(&wo, i)),
                 importance: importance.as_ref()[i],
             };
             self.stored.push((path, importon));

@@ -40,6 +40,15 @@ const GUIDE_RAYS: u64 = 16_384;
 /// work. Bodies with more layers count as empty.
 const MAX_LAYERS: u32 = 64;
 
+/// A scene, with the limits of the paths through it.
+#[derive(Clone, Copy, Debug)]
+pub struct LimitedScene<'s> {
+    /// The scene.
+    pub scene: &'s Scene,
+    /// Limits of path length.
+    pub limits: PathLimits,
+}
+
 /// A scene. Immutable, and shared by all threads.
 #[derive(Debug)]
 pub struct Scene {

@@ -8,6 +8,7 @@ use crate::particles::{Importon, Photon};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::PathLimits;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Probability of including a photon that follows its flux alone, relative to that which follows
@@ -27,7 +28,7 @@ const PHOTONS_PER_RUN: usize = 1024;
 /// Photons that may become virtual lights.
 #[derive(Clone, Debug)]
 pub struct Candidates {
-    /// In the order of the curve, unless they were given in another order.
+    /// In the order of a curve around them, unless they were given in another order.
     pub photons: Vec<Photon>,
     /// Weight of each photon: luminance of the flux in W, or importance times that in W/m².
     pub weights: Vec<f32>,
@@ -115,12 +116,15 @@ impl Candidates {
     }
 
     /// Some of the photons, as candidates.
-    pub(super) fn part(&self, photons: Range<usize>) -> Self {
-        Candidates {
+    pub(super) fn part(&self, photons: Range<usize>) -> Cow<'_, Self> {
+        if photons.len() == self.photons.len() {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(Candidates {
             weights: self.weights[photons.clone()].to_vec(),
             photons: self.photons[photons].to_vec(),
             curve: self.curve,
-        }
+        })
     }
 
     /// Probabilities that include about `most` of the photons, all if there are fewer.

@@ -32,6 +32,14 @@ pub(crate) struct RichEmission<'f, 's> {
     glossy: Option<Glossy<'f>>,
 }
 
+/// The emission of one light.
+enum LightEmission<'f, 's> {
+    /// See [`Emission::Single`].
+    Single(&'f Reflection<'s>),
+    /// See [`Emission::Rich`].
+    Rich(RichEmission<'f, 's>),
+}
+
 /// Radiant intensities of a light, cosine included, in W/sr.
 pub(crate) trait RadiantIntensity<S: Width> {
     /// In the unit directions `w` away from the light; inactive lanes hold any value.
@@ -43,9 +51,9 @@ impl VirtualLights<'_> {
     /// W/sr.
     #[inline]
     pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
-        match RichEmission::of(self, &self.lights[id.index()]) {
-            Ok(rich) => rich.intensity(w.into(), Mask::splat(One, true)).into(),
-            Err(reflection) => reflection.intensity(w),
+        match LightEmission::of(self, id) {
+            LightEmission::Rich(rich) => rich.intensity(w.into(), Mask::splat(One, true)).into(),
+            LightEmission::Single(reflection) => reflection.intensity(w),
         }
     }
 }
@@ -54,10 +62,9 @@ impl<'f, 's> EmissionView<'f, 's> {
     /// The emission of light `id` of `lights`, prepared for many directions.
     #[inline(always)]
     pub(crate) fn of(lights: &'f VirtualLights<'s>, id: LightId) -> Self {
-        let light = &lights.lights()[id.index()];
-        match RichEmission::of(lights, light) {
-            Ok(rich) => EmissionView::Rich(rich),
-            Err(Reflection { wi, flux, bsdf }) => EmissionView::Single {
+        match LightEmission::of(lights, id) {
+            LightEmission::Rich(rich) => EmissionView::Rich(rich),
+            LightEmission::Single(Reflection { wi, flux, bsdf }) => EmissionView::Single {
                 flux: *flux,
                 reflection: FixedWi::new(bsdf, *wi, Lobes::NON_SPECULAR),
             },
@@ -65,20 +72,17 @@ impl<'f, 's> EmissionView<'f, 's> {
     }
 }
 
-impl<'f, 's> RichEmission<'f, 's> {
-    /// The emission of `light`, or the light path of which it is a reflection.
+impl<'f, 's> LightEmission<'f, 's> {
     #[inline(always)]
-    pub(super) fn of(
-        lights: &'f VirtualLights<'s>,
-        light: &'f VirtualLight<'s>,
-    ) -> Result<Self, &'f Reflection<'s>> {
+    fn of(lights: &'f VirtualLights<'s>, id: LightId) -> Self {
+        let light = &lights.lights[id.index()];
         match &light.emission {
-            Emission::Single(index) => Err(lights.reflection(*index)),
+            Emission::Single(index) => LightEmission::Single(lights.reflection(*index)),
             Emission::Rich {
                 diffuse,
                 exit,
                 glossy,
-            } => Ok(RichEmission {
+            } => LightEmission::Rich(RichEmission {
                 light,
                 diffuse: *diffuse,
                 exit,

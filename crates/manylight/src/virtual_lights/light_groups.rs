@@ -1,6 +1,6 @@
-//! Virtual lights of several light groups: each group has its own lights, which represent its
-//! photons alone. Lights are placed for all groups together; what depends on neighbors is done group
-//! by group.
+//! Virtual lights of light groups: each group has its own lights, which represent its photons alone.
+//! Lights are placed for all groups together; what depends on neighbors is done group by group. Where
+//! groups are not told apart, all photons are of one.
 
 use super::assign::assign;
 use super::candidates::Candidates;
@@ -9,10 +9,10 @@ use super::density::by_density;
 use super::nearest_light::NearestLights;
 use super::relax::relax;
 use super::select::Site;
-use super::set::VirtualLights;
 use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::arrays::{FoundArray, InvalidArray, NamedArray};
 use crate::ids::{LightGroup, LightId};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The nearest light of each light group to any location.
@@ -23,13 +23,6 @@ pub struct NearestLightsOfGroups {
 }
 
 impl NearestLightsOfGroups {
-    /// Of one group.
-    pub fn of_one(nearest: NearestLights) -> Self {
-        NearestLightsOfGroups {
-            of_groups: vec![nearest],
-        }
-    }
-
     /// Of `groups` groups without lights.
     pub fn none(groups: usize) -> Self {
         NearestLightsOfGroups {
@@ -76,21 +69,6 @@ impl NearestLightsOfGroups {
 /// Begin of the names of the arrays of a light group.
 fn prefix(group: usize) -> String {
     format!("cells.{group}.")
-}
-
-impl VirtualLights<'_> {
-    /// Sets [`VirtualLight::radius_of_all`](super::VirtualLight::radius_of_all): a group with the
-    /// fraction `s` of the lights has discs of `1/s` of the area that they would have without
-    /// groups. The points of the lights of all groups around a place are as many as without.
-    pub fn pool_radii(&mut self) {
-        let count = self.lights.len() as f32;
-        for of_group in self.lights.chunk_by_mut(|a, b| a.group == b.group) {
-            let share = of_group.len() as f32 / count;
-            for light in of_group {
-                light.radius_of_all = light.radius * share.sqrt();
-            }
-        }
-    }
 }
 
 /// [`relax`], group by group.
@@ -147,7 +125,7 @@ pub fn by_density_of_groups(
 fn parts<'a>(
     candidates: &'a Candidates,
     sites: &'a [Site],
-) -> impl Iterator<Item = (Range<usize>, Candidates, Vec<Site>)> + 'a {
+) -> impl Iterator<Item = (Range<usize>, Cow<'a, Candidates>, Vec<Site>)> + 'a {
     (candidates.groups().into_iter()).map(move |photons| {
         let is_own = |site: &&Site| photons.contains(&(site.photon as usize));
         let own = sites.iter().filter(is_own).map(|site| Site {

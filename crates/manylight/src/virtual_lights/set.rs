@@ -79,6 +79,19 @@ impl<'s> VirtualLights<'s> {
         areas.get(middle).copied().unwrap_or(0.0)
     }
 
+    /// Sets [`VirtualLight::radius_of_all`](super::VirtualLight::radius_of_all): a group with the
+    /// fraction `s` of the lights has discs of `1/s` of the area that they would have without
+    /// groups. The points of the lights of all groups around a place are as many as without.
+    pub fn pool_radii(&mut self) {
+        let count = self.lights.len() as f32;
+        for of_group in self.lights.chunk_by_mut(|a, b| a.group == b.group) {
+            let share = of_group.len() as f32 / count;
+            for light in of_group {
+                light.radius_of_all = light.radius * share.sqrt();
+            }
+        }
+    }
+
     /// Flux of the glossy profiles.
     pub fn profile_flux(&self) -> &ProfileFlux {
         &self.profile_flux

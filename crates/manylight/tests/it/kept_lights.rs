@@ -258,6 +258,13 @@ fn arrays_of_other_lights_are_refused() {
     ] {
         assert_eq!(refused(name, &word(1 << 20)), name);
     }
+    for camera_paths in [3, 32] {
+        let change = |(_, values): &mut FoundArray| match values {
+            ArrayValues::U32(words) => words[3] = camera_paths,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(refused("effort", &change), "effort");
+    }
     for name in ["lights.element", "lights.instance"] {
         assert_eq!(refused(name, &word(1 << 20)), "lights.primitive");
     }

@@ -9,7 +9,7 @@ use manylight::integrators::{
 };
 use manylight::render::Stats;
 use manylight::sampling::Pass;
-use manylight::scene::Scene;
+use manylight::scene::{LimitedScene, Scene};
 use manylight::testing::scenes::glossy_box;
 use manylight::testing::statistics::term_mean;
 use std::sync::atomic::AtomicBool;
@@ -147,7 +147,14 @@ fn pre_pass(scene: &Scene, seed: u64) -> ChoicePrePass {
         AtomicBool::new(false),
     );
     let run = PassContext::of_picture(scene, Pass { seed, index: 0 }, &guide, &stats, &never);
-    ChoicePrePass::new(&lights(), (scene, scene.limits), &run)
+    ChoicePrePass::new(
+        &lights(),
+        LimitedScene {
+            scene,
+            limits: scene.limits,
+        },
+        &run,
+    )
 }
 
 #[test]

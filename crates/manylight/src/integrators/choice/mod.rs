@@ -25,7 +25,7 @@ use super::many_light::{LightPictures, ManyLight};
 use super::method::MethodKind;
 use super::mixed::Mixed;
 use crate::image::Image;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, Scene};
 pub use pictures::FilterInput;
 use pictures::{PrePass, shadow_rays_per_sample};
 use std::num::NonZeroU32;
@@ -106,19 +106,15 @@ pub struct ChoicePrePass {
 
 impl ChoicePrePass {
     /// Renders the pictures of path tracing and of `lights`.
-    pub fn new(lights: &ManyLight, scene: (&Scene, PathLimits), run: &PassContext) -> Self {
-        let pixels = scene
-            .0
-            .sensor
-            .desc()
-            .film
-            .reduced_sampler(MAX_PICTURE_PIXELS);
+    pub fn new(lights: &ManyLight, scene: LimitedScene, run: &PassContext) -> Self {
+        let film = &scene.scene.sensor.desc().film;
+        let pixels = film.reduced_sampler(MAX_PICTURE_PIXELS);
         run.stats.time("choice", || {
             let pictures = LightPictures::new(lights, scene, run, &pixels);
             let rays = shadow_rays_per_sample(&pixels, scene, run);
-            let pass_cost = pass_in_samples(&pictures, scene.0, rays);
+            let pass_cost = pass_in_samples(&pictures, scene.scene, rays);
             // The effort of the render reaches the variance of a pass at this cost.
-            let samples = (pass_cost * pictures.error).round() as u32;
+            let samples = (pass_cost * pictures.inefficiency).round() as u32;
             let samples = samples.clamp(MIN_SAMPLES, MAX_SAMPLES);
             let path_samples = NonZeroU32::new((pass_cost * pictures.cost).round() as u32);
             ChoicePrePass {

@@ -4,10 +4,10 @@ use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, ShadedPixels, Tiling};
 use crate::image::Image;
 use crate::integrators::context::PassContext;
-use crate::integrators::many_light::{DARK, EFFORT_LAYERS};
+use crate::integrators::many_light::{EFFORT_LAYERS, RELMSE_FLOOR};
 use crate::integrators::path::sums_of_samples;
 use crate::sampling::Pass;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::LimitedScene;
 use crate::stats::Stats;
 
 /// Groups of path samples.
@@ -68,7 +68,7 @@ impl PrePass {
     pub(super) fn new(
         lights: &[ShadedPixels; 2],
         pixels: &FilmSampler,
-        scene: (&Scene, PathLimits),
+        scene: LimitedScene,
         run: &PassContext,
         samples: u32,
     ) -> Self {
@@ -115,7 +115,7 @@ impl PrePass {
                 let sum: f64 = rows
                     .map(|y| mean[y * w..][columns.clone()].iter().sum::<f64>())
                     .sum();
-                scale.push((sum / count as f64).powi(2) + DARK * whole * whole);
+                scale.push((sum / count as f64).powi(2) + RELMSE_FLOOR * whole * whole);
             }
         }
         scale
@@ -184,7 +184,7 @@ impl PrePass {
 /// Shadow rays of a path sample, in the mean over the pixels of the pre-pass.
 pub(super) fn shadow_rays_per_sample(
     pixels: &FilmSampler,
-    scene: (&Scene, PathLimits),
+    scene: LimitedScene,
     run: &PassContext,
 ) -> f64 {
     let seed = !(run.pass.seed ^ SEED);

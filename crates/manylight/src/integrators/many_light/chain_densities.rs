@@ -5,9 +5,10 @@
 
 use crate::color::Rgb;
 
-/// Photons in a kernel at which they account for one half of the light of other surfaces that comes
-/// by a specular chain, per direction and `f`; in sr. Photons that arrive from a hemisphere alike
-/// have π; less, because a direction that finds a surface costs a gather point. At 0.25 and 1 for
+/// Ratio of the photons in a kernel to the directions times `f` at which both account for one half
+/// of the light of other surfaces that comes by a specular chain; in sr. The balance heuristic gives
+/// π for photons that arrive evenly from a hemisphere; a smaller ratio prefers photons, because a
+/// direction that finds a surface costs a gather point. At 0.25 and 1 for
 /// glossy lobes (2 passes at 256x144 and 192x192; kitchen and staircase2 of third parties): error
 /// after Open Image Denoise 0.0 and 0.0 %, +1.7 and -1.3 %. At 2 and 8 for diffuse lobes: -0.4 and
 /// -1.0 %, -0.6 and -1.2 %, with 1 to 10 % more time.

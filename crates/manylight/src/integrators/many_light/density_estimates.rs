@@ -280,7 +280,7 @@ fn bandwidth_within(prepared: &PreparedPasses, radius: f32) -> Bandwidth {
     let largest = MAX_RADIUS_FRACTION * prepared.scene.geometry.bounds().diagonal();
     Bandwidth {
         largest: radius.min(largest),
-        share: progressive_radius_scale(prepared.group.passes.end),
+        radius_scale: progressive_radius_scale(prepared.group.passes.end),
     }
 }
 

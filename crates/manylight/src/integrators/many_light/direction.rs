@@ -22,6 +22,7 @@ use crate::integrators::connections::{
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::LowDiscrepancySequence;
+use crate::scene::LimitedScene;
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::{
@@ -109,7 +110,10 @@ impl Sampling<'_, '_> {
                 guides: has_guides.then_some(&guides),
                 lanes: packet.lanes(|i| k < count(i)),
             };
-            let scene = (prepared.scene, prepared.limits);
+            let scene = LimitedScene {
+                scene: prepared.scene,
+                limits: prepared.limits,
+            };
             (self.connections).connect_emitters(scene, packet.v, query, &reflection);
         }
     }

@@ -20,7 +20,7 @@ use crate::film::{FilmSampler, Layer, ShadedPixels, shaded_pixels};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
 use crate::sampling::{Pass, Stream};
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 use crate::stats::Stats;
 
 /// Factors on the number of lights that are considered. Steps of two: an effort between two of them
@@ -64,11 +64,11 @@ const MIN_SPACING: u32 = 4;
 const MAX_RELATIVE_VARIANCE: f64 = 1.0;
 /// Squared radiance, relative to that of the mean of the image, below which variances count as
 /// absolute, as in relMSE.
-pub(in crate::integrators) const DARK: f64 = 0.01;
+pub(in crate::integrators) const RELMSE_FLOOR: f64 = 0.01;
 /// Most pixels of a picture with the photons of the preset. Larger ones have more in proportion, at
 /// the same part of the time: kernels of density estimates shrink with the pixels, and would hold
 /// single photons. At 640x360, three times as many photons take 1.17 of the time of 4 passes, and
-/// relMSE is 1.00 (Kitchen) and 0.96 (Glossy Room) of that before.
+/// relMSE is 1.00 (Kitchen) and 0.96 (Glossy Room) of that with the photons of the preset.
 const SMALL_PICTURE_PIXELS: u32 = 640 * 360;
 /// Layers that the pre-pass records: the beauty, and its terms.
 pub(in crate::integrators) const LAYERS: [Layer; 6] = [
@@ -119,8 +119,8 @@ impl PassModel {
             + self.camera / f64::from(effort.camera_paths)
     }
 
-    /// Variance times cost.
-    fn error(&self, effort: &ManyLight) -> f64 {
+    /// Variance times cost: the inverse of the efficiency of an estimator.
+    fn inefficiency(&self, effort: &ManyLight) -> f64 {
         self.variance(effort) * cycles(effort)
     }
 
@@ -150,7 +150,7 @@ impl<'s: 'r, 'r> MeasuredPass<'s, 'r> {
     /// Pass `index` of the pre-pass, of the view in the middle of all.
     fn new(
         method: &ManyLight,
-        (scene, limits): (&'s Scene, PathLimits),
+        LimitedScene { scene, limits }: LimitedScene<'s>,
         run: &PassContext<'r>,
         index: u32,
     ) -> Self {
@@ -185,14 +185,14 @@ pub(in crate::integrators) struct LightPictures {
     /// Cost of a pass of the render over that of a pass of the pictures, by the model.
     pub(in crate::integrators) cost: f64,
     /// Product of variance and cost, likewise.
-    pub(in crate::integrators) error: f64,
+    pub(in crate::integrators) inefficiency: f64,
 }
 
 impl LightPictures {
     /// Shades `pixels` with few of the lights of `method`.
     pub(in crate::integrators) fn new(
         method: &ManyLight,
-        (scene, limits): (&Scene, PathLimits),
+        scene: LimitedScene,
         run: &PassContext,
         pixels: &FilmSampler,
     ) -> Self {
@@ -205,26 +205,36 @@ impl LightPictures {
         };
         let before = Stats::get(&run.stats.shadow_rays);
         let pictures = [0, 1].map(|index| {
-            let pass = MeasuredPass::new(&shaded, (scene, limits), run, index);
+            let pass = MeasuredPass::new(&shaded, scene, run, index);
             pass.shade(&shaded, pixels)
         });
         let shadow_rays = (Stats::get(&run.stats.shadow_rays) - before) as f64;
         let [a, b] = &pictures;
-        let (cost, error) = gain(method, &shaded, variances(&a.values, &b.values));
+        let relative = relative_effort(method, &shaded, variances(&a.values, &b.values));
         LightPictures {
             shadow_rays: shadow_rays / f64::from(2 * pixels.size().x * pixels.size().y),
             pictures,
-            photon_paths: with_most_photons(&with_lights(method, MEASURED_FRACTION), scene)
+            photon_paths: with_most_photons(&with_lights(method, MEASURED_FRACTION), scene.scene)
                 .photon_paths,
-            cost,
-            error,
+            cost: relative.cost,
+            inefficiency: relative.inefficiency,
         }
     }
 }
 
-/// Cost, and product of variance and cost, of a pass of `method` over those of `shaded`, with which
-/// the variances were measured. A measured effort is taken to have the best number of lights.
-fn gain(method: &ManyLight, shaded: &ManyLight, variances: TermVariances) -> (f64, f64) {
+/// Cost, and product of variance and cost, of a pass over those of another pass.
+struct RelativeEffort {
+    cost: f64,
+    inefficiency: f64,
+}
+
+/// Of a pass of `method` relative to one of `shaded`, with which the variances were measured. A
+/// measured effort is taken to have the best number of lights.
+fn relative_effort(
+    method: &ManyLight,
+    shaded: &ManyLight,
+    variances: TermVariances,
+) -> RelativeEffort {
     let model = PassModel {
         constant: variances.rest,
         lights: variances.indirect * f64::from(shaded.light_count),
@@ -238,13 +248,17 @@ fn gain(method: &ManyLight, shaded: &ManyLight, variances: TermVariances) -> (f6
     let efforts = fractions
         .iter()
         .map(|&fraction| with_lights(method, fraction));
-    let best = efforts.min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
+    let best = efforts.min_by(|a, b| model.inefficiency(a).total_cmp(&model.inefficiency(b)));
     let best = best.unwrap_or(*method);
-    let error = model.error(&best) / model.error(shaded);
-    (
-        cycles(&best) / cycles(shaded),
-        if error.is_finite() { error } else { 1.0 },
-    )
+    let inefficiency = model.inefficiency(&best) / model.inefficiency(shaded);
+    RelativeEffort {
+        cost: cycles(&best) / cycles(shaded),
+        inefficiency: if inefficiency.is_finite() {
+            inefficiency
+        } else {
+            1.0
+        },
+    }
 }
 
 /// `method` with its effort fixed: measured, if it asks for that.
@@ -269,12 +283,13 @@ pub(in crate::integrators) fn with_fixed_effort(
         }
     });
     let variances = (run.stats).time("effort", || {
-        term_variances(&measured, scene, limits, run, variants)
+        term_variances(&measured, LimitedScene { scene, limits }, run, variants)
     });
     let model = PassModel::new(variances, f64::from(measured.light_count));
-    let best = efforts(fixed).min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
+    let best =
+        efforts(fixed).min_by(|a, b| model.inefficiency(a).total_cmp(&model.inefficiency(b)));
     let best = best
-        .filter(|best| model.error(best) * MIN_GAIN < model.error(&fixed))
+        .filter(|best| model.inefficiency(best) * MIN_GAIN < model.inefficiency(&fixed))
         .unwrap_or(fixed);
     ManyLight {
         roulette: model.roulette(&best),
@@ -364,15 +379,14 @@ fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
 /// The passes are changed by each of `variants` after the lights are made.
 fn term_variances<const N: usize>(
     method: &ManyLight,
-    scene: &Scene,
-    limits: PathLimits,
+    scene: LimitedScene,
     run: &PassContext,
     variants: [impl Fn(&mut PreparedPasses); N],
 ) -> [TermVariances; N] {
     // Whichever pass comes first in this run.
-    let pixels = sparse_pixels(scene, run.of_lights(0).pass);
+    let pixels = sparse_pixels(scene.scene, run.of_lights(0).pass);
     let [a, b] = [0, 1].map(|index| {
-        let mut pass = MeasuredPass::new(method, (scene, limits), run, index);
+        let mut pass = MeasuredPass::new(method, scene, run, index);
         variants.each_ref().map(|variant| {
             variant(&mut pass.prepared);
             pass.shade(method, &pixels).values
@@ -394,7 +408,7 @@ fn variances(a: &[Rgb], b: &[Rgb]) -> TermVariances {
     let image = means.iter().sum::<f64>() / means.len() as f64;
     let mut sum = TermVariances::default();
     for ((x, y), mean) in pixels().zip(&means) {
-        let scale = mean.powi(2) + DARK * image * image;
+        let scale = mean.powi(2) + RELMSE_FLOOR * image * image;
         if !(scale > 0.0 && scale.is_finite()) {
             continue;
         }
@@ -428,8 +442,11 @@ mod tests {
     /// The effort that the model prefers.
     fn best(variances: [TermVariances; 3]) -> (u32, u32, u32) {
         let model = PassModel::new(variances, 128.0);
-        let by_error = |a: &ManyLight, b: &ManyLight| model.error(a).total_cmp(&model.error(b));
-        let best = efforts(ManyLight::rich_vpl()).min_by(by_error).unwrap();
+        let by_inefficiency =
+            |a: &ManyLight, b: &ManyLight| model.inefficiency(a).total_cmp(&model.inefficiency(b));
+        let best = efforts(ManyLight::rich_vpl())
+            .min_by(by_inefficiency)
+            .unwrap();
         (best.light_count, best.emitter_samples, best.camera_paths)
     }
 

@@ -14,6 +14,7 @@ use super::passes::PixelFootprint;
 use super::paths::{GroupScales, ScaleRow};
 use super::paths::{PathNumber, PixelNumbers, SPLIT};
 use super::radiance_cache::CACHE_NEIGHBORS;
+use super::settings::MAX_CAMERA_PATHS;
 use super::trace::PHOTON_NEIGHBORS;
 use super::{Compensation, PreparedPasses};
 use crate::bsdf::Lobes;
@@ -35,6 +36,10 @@ use crate::transport::Vertex;
 /// passes of 128 lights at 72x40, 3 seeds; Kitchen, Glossy Room, U-Shape): relMSE +14 and -9.5 %
 /// (standard error 4 %), shadow rays -21 and +43 %.
 pub(super) const DIRECTIONS: u32 = 16;
+const _: () = assert!(
+    DIRECTIONS.is_multiple_of(MAX_CAMERA_PATHS),
+    "each camera path has as many"
+);
 /// Fewest directions at a point for which a query of the area per light pays. At 2 and 8 (2 passes
 /// of 128 lights at 72x40, 2 seeds; Kitchen, Glossy Room): relMSE +0.1 and +2.2 % (standard error 1
 /// %).
@@ -129,7 +134,8 @@ impl GatherRole {
     }
 
     /// Factor on density estimates. Photons change little within a pixel: before the first specular
-    /// event, one camera path of the pixel queries the photons, weighted for all of them.
+    /// event, one camera path of the pixel queries the photons, weighted for all of them, unless the
+    /// pixel starts with [`SPLIT`] paths.
     pub(super) fn photon_weight(self) -> f32 {
         match self {
             GatherRole::FirstVertex(PathNumber { count: SPLIT, .. }) => 1.0,

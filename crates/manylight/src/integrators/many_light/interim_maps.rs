@@ -2,9 +2,9 @@
 //! placement follows, and the lights before and after relaxation. They are made of the particles
 //! and lights of one pass.
 
-use super::lights::{selected_sites, thinned, weighted_by_importance};
+use super::lights::{selected_sites, thinned, weighted};
 use super::schedule::{GroupContext, PassGroup};
-use super::{ManyLight, Placement, trace};
+use super::{ManyLight, trace};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::geometry::Segment;
@@ -127,13 +127,7 @@ fn placed_lights(
     camera: &MapCamera,
     candidates: Candidates,
 ) -> (Vec<PlacedLight>, Vec<PlacedLight>) {
-    let candidates = match cx.method.placement {
-        Placement::Uniform => candidates,
-        Placement::Importance | Placement::Relaxed => {
-            weighted_by_importance(cx, candidates, camera.importons)
-        }
-    };
-    let candidates = thinned(cx, candidates);
+    let candidates = thinned(cx, weighted(cx, candidates, || camera.importons));
     cx.run.stats.time("lights", || {
         let sites = selected_sites(cx, &candidates);
         let relaxed = relax(cx.scene, &candidates, &sites);
@@ -213,7 +207,7 @@ impl MapCamera<'_> {
         let (p, n) = (v.x.p, v.x.normal_towards(v.w_prev));
         let unbounded = Bandwidth {
             largest: f32::INFINITY,
-            share: 1.0,
+            radius_scale: 1.0,
         };
         let mut irradiance = Rgb::BLACK;
         let receiver = DensityReceiver { p, n };

@@ -9,7 +9,8 @@ use super::lights::gather;
 use super::passes::PreparedPasses;
 use super::radiance_cache::{arrays_of_cache, cache_of_arrays};
 use super::schedule::{LightSubsets, MAX_GROUP_PHOTON_PATHS};
-use super::{Effort, ManyLight, PassGroup};
+use super::settings::are_camera_paths;
+use super::{Effort, MAX_CAMERA_PATHS, ManyLight, PassGroup};
 use crate::arrays::{
     FoundArray, InvalidArray, NamedArray, arrays_of_records, read_floats, read_words,
     records_of_arrays,
@@ -37,8 +38,8 @@ const CAUSTICS: &str = "caustics.";
 /// Begin of the names of arrays of photons that compensate clamping.
 const COMPENSATION: &str = "compensation.";
 
-/// Most emitter samples and camera paths that a file may ask for: far beyond those of any effort.
-const MAX_SAMPLES: u32 = 1 << 10;
+/// Most emitter samples that a file may ask for: far beyond those of any effort.
+const MAX_EMITTER_SAMPLES: u32 = 1 << 10;
 
 /// The virtual lights of all passes of a render, with everything else that the passes shade with.
 #[derive(Debug)]
@@ -176,14 +177,18 @@ fn with_effort<E: From<InvalidArray>>(
             photon_paths,
             method.photon_paths.max(MAX_GROUP_PHOTON_PATHS),
         ),
-        (emitter_samples, MAX_SAMPLES),
-        (camera_paths, MAX_SAMPLES),
+        (emitter_samples, MAX_EMITTER_SAMPLES),
+        (camera_paths, MAX_CAMERA_PATHS),
     ];
     if let Some((found, most)) = most
         .into_iter()
         .find(|&(found, most)| found == 0 || found > most)
     {
         let message = format!("found {found}, expected 1 to {most}");
+        return Err(InvalidArray::new(EFFORT[0], message).into());
+    }
+    if !are_camera_paths(camera_paths) {
+        let message = format!("found {camera_paths} camera paths, expected a power of two");
         return Err(InvalidArray::new(EFFORT[0], message).into());
     }
     let [roulette] = read_floats(EFFORT[1], 1, read)?[..] else {

@@ -9,14 +9,12 @@ use crate::maps::KdTree;
 use crate::particles::{Importon, Photon};
 use crate::sampling::Stream;
 use crate::stats::Stats;
-use crate::virtual_lights::assign::assign;
 use crate::virtual_lights::candidates::Candidates;
-use crate::virtual_lights::density::by_density;
 use crate::virtual_lights::light_groups::{
     NearestLightsOfGroups, assign_groups, by_density_of_groups, relax_groups,
 };
-use crate::virtual_lights::relax::relax;
 use crate::virtual_lights::{PhotonClusters, Site, VirtualLights, build_lights, select};
+use std::borrow::Borrow;
 
 /// Most photons per light on average; more of them are thinned before the partition of flux. The
 /// flux of a light of n photons has a relative standard deviation of about `1/√n`, 3 %: 4.4 % with
@@ -66,25 +64,28 @@ impl SelectionNumbers {
     }
 }
 
-/// The photons that may become lights, with the weights that placement follows. Importons are
-/// traced if they are importance times flux.
+/// The photons that may become lights, with the weights that placement follows.
 pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates {
     let candidates = (cx.run.stats).time("lights", || Candidates::by_flux(cx.limits, photons));
+    weighted(cx, candidates, || trace::importons(cx))
+}
+
+/// `candidates` with the weights that placement follows: flux, or importance times flux, for which
+/// `importons` are made.
+pub(super) fn weighted<I: Borrow<KdTree<Importon>>>(
+    cx: &GroupContext,
+    candidates: Candidates,
+    importons: impl FnOnce() -> I,
+) -> Candidates {
     match cx.method.placement {
         Placement::Uniform => candidates,
         Placement::Importance | Placement::Relaxed => {
-            weighted_by_importance(cx, candidates, &trace::importons(cx))
+            let importons = importons();
+            (cx.run.stats).time("importance", || {
+                candidates.by_importance(importons.borrow())
+            })
         }
     }
-}
-
-/// Candidates with the weight importance times flux.
-pub(super) fn weighted_by_importance(
-    cx: &GroupContext,
-    candidates: Candidates,
-    importons: &KdTree<Importon>,
-) -> Candidates {
-    (cx.run.stats).time("importance", || candidates.by_importance(importons))
 }
 
 /// Under the partition rule, no more candidates than the lights of the group need. Refined lights
@@ -107,10 +108,7 @@ pub(super) fn sites(cx: &GroupContext, candidates: &Candidates) -> Vec<Site> {
         let selected = selected_sites(cx, candidates);
         match cx.method.placement {
             Placement::Uniform | Placement::Importance => selected,
-            Placement::Relaxed if cx.run.light_groups > 0 => {
-                relax_groups(cx.scene, candidates, &selected)
-            }
-            Placement::Relaxed => relax(cx.scene, candidates, &selected),
+            Placement::Relaxed => relax_groups(cx.scene, candidates, &selected),
         }
     })
 }
@@ -136,16 +134,11 @@ pub(super) fn clusters(
     candidates: &Candidates,
     sites: &[Site],
 ) -> (PhotonClusters, NearestLightsOfGroups) {
-    let (method, groups) = (cx.method, cx.run.light_groups);
-    let of_one = NearestLightsOfGroups::of_one;
+    let (method, groups) = (cx.method, cx.run.light_groups.max(1));
     cx.run.stats.time("lights", || match method.flux {
         FluxRule::Partition => {
             let u = SelectionNumbers::of(cx).unassigned;
-            if groups > 0 {
-                return assign_groups(cx.scene, candidates, sites, (u, groups));
-            }
-            let (clusters, nearest) = assign(cx.scene, candidates, sites, u);
-            (clusters, of_one(nearest))
+            assign_groups(cx.scene, candidates, sites, (u, groups))
         }
         FluxRule::Density => {
             let is_single =
@@ -154,12 +147,9 @@ pub(super) fn clusters(
                 PhotonClusters::single_photons(sites)
             } else {
                 let neighbors = cx.group.neighbors as usize;
-                match groups {
-                    0 => by_density(cx.scene, &candidates.photons, sites, neighbors),
-                    _ => by_density_of_groups(cx.scene, candidates, sites, neighbors),
-                }
+                by_density_of_groups(cx.scene, candidates, sites, neighbors)
             };
-            (clusters, NearestLightsOfGroups::none(groups.max(1)))
+            (clusters, NearestLightsOfGroups::none(groups))
         }
     })
 }

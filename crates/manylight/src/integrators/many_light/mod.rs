@@ -42,24 +42,24 @@ mod trace;
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
 pub(super) use effort::{
-    DARK, LAYERS as EFFORT_LAYERS, LightPictures, with_fixed_effort, with_most_photons,
+    LAYERS as EFFORT_LAYERS, LightPictures, RELMSE_FLOOR, with_fixed_effort, with_most_photons,
 };
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use kept::{KeptLights, LightsContext, NotKept};
 pub use lights::DARKEST_PIXEL;
-pub(super) use passes::KeptPasses;
+pub(super) use passes::PreparedGroups;
 pub use passes::PreparedPasses;
 pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
 pub use settings::{
-    ClampRule, Compensation, Contradiction, Effort, EmissionKind, FluxRule, ManyLight,
-    PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
+    ClampRule, Compensation, Contradiction, Effort, EmissionKind, FluxRule, MAX_CAMERA_PATHS,
+    ManyLight, PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
 };
 
 use super::context::PassContext;
 use crate::emitters::RayDensities;
 use crate::film::{Film, TileSamples};
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 use radiance_cache::CacheParticles;
 use schedule::{GroupContext, LightSubsets};
 use trace::PhotonMaps;
@@ -139,13 +139,13 @@ impl ManyLight {
         interim_maps::interim_maps(self, scene, limits, run)
     }
 
-    /// One sample per pixel with the lights of one pass, before and after which `begin` and `end`
+    /// The camera paths of one pass, shaded by its lights, before and after which `begin` and `end`
     /// are called for each tile, with the lights of its group from `kept`. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
-        (scene, limits): (&'s Scene, PathLimits),
+        LimitedScene { scene, limits }: LimitedScene<'s>,
         run: &PassContext,
-        kept: &mut KeptPasses<'s>,
+        kept: &mut PreparedGroups<'s>,
         film: &mut Film,
         (begin, end): (
             impl Fn(&mut TileSamples) + Sync,

@@ -47,7 +47,7 @@ pub struct PreparedPasses<'s> {
 
 /// What groups of passes shade with, kept for the passes to come.
 #[derive(Debug)]
-pub(in crate::integrators) struct KeptPasses<'s> {
+pub(in crate::integrators) struct PreparedGroups<'s> {
     /// Made before the render.
     given: &'s [PreparedPasses<'s>],
     groups: Vec<PreparedPasses<'s>>,
@@ -55,9 +55,9 @@ pub(in crate::integrators) struct KeptPasses<'s> {
     most: usize,
 }
 
-impl<'s> KeptPasses<'s> {
+impl<'s> PreparedGroups<'s> {
     pub(in crate::integrators) fn new(most: usize) -> Self {
-        KeptPasses {
+        PreparedGroups {
             given: &[],
             groups: Vec::new(),
             most: most.max(1),
@@ -66,7 +66,7 @@ impl<'s> KeptPasses<'s> {
 
     /// The same, with what was made before the render.
     pub(in crate::integrators) fn with_given(self, given: &'s [PreparedPasses<'s>]) -> Self {
-        KeptPasses { given, ..self }
+        PreparedGroups { given, ..self }
     }
 
     /// That of `group`, which is made if it is missing. If there is no room, the oldest is dropped

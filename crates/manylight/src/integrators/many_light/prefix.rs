@@ -14,6 +14,7 @@ use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Mask, Width};
 use crate::sampling::Stream;
+use crate::scene::LimitedScene;
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::{Bits, Walks, lanes_where};
@@ -140,7 +141,10 @@ fn connect_near_delta<S: Width>(
         guides: None,
         lanes,
     };
-    let scene = (tile.prepared.scene, tile.prepared.limits);
+    let scene = LimitedScene {
+        scene: tile.prepared.scene,
+        limits: tile.prepared.limits,
+    };
     (tile.connections).connect_emitters(scene, at.v, query, &ByNearDelta { at });
 }
 

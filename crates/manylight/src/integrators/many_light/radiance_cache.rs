@@ -342,7 +342,7 @@ pub(in crate::integrators) struct RadianceCache {
     groups: Vec<GroupLight>,
     photons: KdTree<CachePhoton>,
     /// As [`Bandwidth::share`].
-    share: f32,
+    radius_scale: f32,
     limits: PathLimits,
 }
 
@@ -365,7 +365,7 @@ impl RadianceCache {
             points: KdTree::build(Vec::new()),
             groups: Vec::new(),
             photons: KdTree::build(Vec::new()),
-            share: progressive_radius_scale(cx.group.passes.end),
+            radius_scale: progressive_radius_scale(cx.group.passes.end),
             limits: cx.limits,
         };
         let CacheParticles { photons, points } = particles;
@@ -491,7 +491,7 @@ impl RadianceCache {
             limits: self.limits,
         };
         let n = y.x.normal_towards(y.w_prev);
-        let bandwidth = self.bandwidth(MAX_GLOSSY_RADIUS * point.radius / self.share);
+        let bandwidth = self.bandwidth(MAX_GLOSSY_RADIUS * point.radius / self.radius_scale);
         let arriving = ArrivingPhotons::around(&self.photons, at, n, bandwidth, found);
         let mut sum = Rgb::BLACK;
         arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
@@ -514,16 +514,21 @@ impl RadianceCache {
     fn bandwidth(&self, largest: f32) -> Bandwidth {
         Bandwidth {
             largest,
-            share: self.share,
+            radius_scale: self.radius_scale,
         }
     }
 
-    /// Bytes of the cache of a group of `passes` passes with this number of photons, at most.
-    pub(in crate::integrators) fn bytes_for(photons: f64, passes: usize) -> f64 {
+    /// Bytes of the cache of a group of `passes` passes with this number of photons, of
+    /// `light_groups` light groups (0: not told apart), at most.
+    pub(in crate::integrators) fn bytes_for(
+        photons: f64,
+        passes: usize,
+        light_groups: usize,
+    ) -> f64 {
         let bytes =
             |per_pass: usize, size: usize| photons.min((per_pass * passes) as f64) * size as f64;
-        bytes(PHOTONS_PER_PASS, size_of::<CachePhoton>())
-            + bytes(POINTS_PER_PASS, size_of::<CachePoint>())
+        let point = size_of::<CachePoint>() + light_groups * size_of::<GroupLight>();
+        bytes(PHOTONS_PER_PASS, size_of::<CachePhoton>()) + bytes(POINTS_PER_PASS, point)
     }
 }
 
@@ -570,7 +575,7 @@ pub(super) fn cache_of_arrays<E: From<InvalidArray>>(
         points: KdTree::of_ordered(points),
         groups,
         photons: KdTree::of_ordered(photons),
-        share: progressive_radius_scale(group.passes.end),
+        radius_scale: progressive_radius_scale(group.passes.end),
         limits,
     })
 }

@@ -37,7 +37,7 @@ const _: () = assert!(
     BLOCK_STEP.is_multiple_of(MAX_GROUP_PASSES),
     "sets end with a block"
 );
-/// Most lights of a group of several passes: bounds its memory.
+/// Most lights of a group of several passes, where no lights are interleaved: bounds its memory.
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.
 pub(super) const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
@@ -144,7 +144,7 @@ impl PassGroup {
             importon_paths: method.importon_paths * count,
             placed_per_shaded,
             placed_lights: method.light_count * subsets * placed_per_shaded,
-            neighbors: (method.neighbors as f32 / refinement) as u32,
+            neighbors: ((method.neighbors as f32 / refinement) as u32).max(1),
         }
     }
 }
@@ -327,6 +327,17 @@ mod tests {
         assert_eq!(of_frames(1).len(), 1);
         let cuts = ManyLight::rich_lightcuts().of_frames(Some(5));
         assert_eq!(cuts.group_count(5), 5);
+    }
+
+    #[test]
+    fn refinement_leaves_a_neighbor() {
+        let method = ManyLight {
+            neighbors: 2,
+            ..ManyLight::rich_vpl()
+        };
+        let group = method.pass_group(200);
+        assert!(group.refinement > 3.0);
+        assert_eq!(group.neighbors, 1);
     }
 
     /// Whole groups belong to a half, and its passes are counted without gaps.

@@ -46,7 +46,7 @@ pub struct ManyLight {
     /// Emitter samples per direction at the first gather points.
     pub emitter_samples: u32,
     /// Camera paths that a pixel starts with in a pass, among which its lights and directions are
-    /// divided; one with [`Strategy::Cuts`].
+    /// divided: a power of two, at most [`MAX_CAMERA_PATHS`]; one with [`Strategy::Cuts`].
     pub camera_paths: u32,
     /// Passes that share the first set of lights: 1, or those of a frame of a walkthrough.
     pub first_passes: u32,
@@ -175,6 +175,8 @@ pub enum Contradiction {
     LargeBlocks,
     /// A pattern whose edge is no power of two.
     Pattern,
+    /// [`ManyLight::camera_paths`] that are no power of two, or more than [`MAX_CAMERA_PATHS`].
+    CameraPaths,
 }
 
 impl Contradiction {
@@ -196,6 +198,7 @@ impl Contradiction {
             Contradiction::InterleavedCut => "a cut is through all lights of a pass",
             Contradiction::LargeBlocks => "the blocks of a table are counted in a byte",
             Contradiction::Pattern => "pixels and passes share the subsets of the lights evenly",
+            Contradiction::CameraPaths => "the camera paths of a pixel share its directions evenly",
         }
     }
 }
@@ -212,12 +215,21 @@ impl fmt::Display for Contradiction {
             Contradiction::InterleavedCut => "interleaved lights with cuts",
             Contradiction::LargeBlocks => "large tables in blocks",
             Contradiction::Pattern => "a pattern whose edge is no power of two",
+            Contradiction::CameraPaths => "camera paths that are too many or no power of two",
         };
         write!(f, "{settings}: {}", self.reason())
     }
 }
 
 impl std::error::Error for Contradiction {}
+
+/// Most camera paths that a pixel starts with in a pass: each has at least one of its directions.
+pub const MAX_CAMERA_PATHS: u32 = 16;
+
+/// Whether `count` camera paths can share the directions of a pixel.
+pub(super) fn are_camera_paths(count: u32) -> bool {
+    count.is_power_of_two() && count <= MAX_CAMERA_PATHS
+}
 
 impl ManyLight {
     /// Refuses settings that contradict each other.
@@ -256,6 +268,10 @@ impl ManyLight {
             ),
             (self.has_large_blocks(), Contradiction::LargeBlocks),
             (!self.interleaving.is_power_of_two(), Contradiction::Pattern),
+            (
+                !are_camera_paths(self.camera_paths),
+                Contradiction::CameraPaths,
+            ),
         ];
         match contradictions.into_iter().find(|(found, _)| *found) {
             None => Ok(()),
@@ -522,6 +538,14 @@ mod tests {
                 Contradiction::InterleavedCut,
             ),
             (with(|m| m.interleaving = 3, rich), Contradiction::Pattern),
+            (
+                with(|m| m.camera_paths = 3, rich),
+                Contradiction::CameraPaths,
+            ),
+            (
+                with(|m| m.camera_paths = 32, rich),
+                Contradiction::CameraPaths,
+            ),
             (
                 with(
                     |m| m.emission = EmissionKind::table(62, TableStorage::Blocks),

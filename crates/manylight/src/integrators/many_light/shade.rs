@@ -63,13 +63,8 @@ impl<'s> PreparedPasses<'s> {
         out: &mut TileSamples,
     ) {
         let mut tile = TileGather::new(self, run, out);
-        let shadow_rays = self.follow_paths(run, positions, &mut tile);
+        let mut counts = self.follow_paths(run, positions, &mut tile);
         let (mut points, scales) = (tile.points, tile.scales);
-        let mut counts = TileCounts {
-            camera_paths: out.tile().pixels().count() as u64,
-            shadow_rays,
-            ..TileCounts::default()
-        };
         let mut found = Neighbors::new(PHOTON_NEIGHBORS);
         let mut by_group = Vec::new();
         let sums = self.sums(&mut points, &mut by_group);
@@ -85,16 +80,19 @@ impl<'s> PreparedPasses<'s> {
         counts.add_to(run.stats);
     }
 
-    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to
-    /// emitters.
+    /// Follows the camera paths of a tile to their ends. Returns their number and that of shadow
+    /// rays to emitters.
     fn follow_paths(
         &self,
         run: &PassContext,
         positions: &FilmSampler,
         tile: &mut TileGather<'s, '_, '_>,
-    ) -> u64 {
-        let mut shadow_rays = 0;
+    ) -> TileCounts {
         let walks = prefix::start(run, positions, tile);
+        let mut counts = TileCounts {
+            camera_paths: walks.rays.len() as u64,
+            ..TileCounts::default()
+        };
         let stream = &mut WalkStream::new(walks);
         follow_paths(self.scene, self.limits, stream, |round, next| {
             let first = tile.points.len();
@@ -115,9 +113,9 @@ impl<'s> PreparedPasses<'s> {
                 next,
             };
             shade_packets(runs.into_iter(), &mut sampling);
-            shadow_rays += tile.connections.add_all(self.scene, tile.out);
+            counts.shadow_rays += tile.connections.add_all(self.scene, tile.out);
         });
-        shadow_rays
+        counts
     }
 
     /// Adds the sum over virtual lights, in all and by light group, and the density estimates at one

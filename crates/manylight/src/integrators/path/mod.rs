@@ -23,7 +23,7 @@ use crate::film::{
     Film, FilmSampler, IdLayer, Layer, ShadedPixels, TileSamples, Tiling, shaded_pixels,
 };
 use crate::sampling::Pass;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::{LimitedScene, PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::stream::{WalkStream, Walks, shade_packets};
 use shade::Shading;
@@ -39,7 +39,7 @@ pub(super) fn render_pass(
 ) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, Tiling::OF_STREAMS, |samples| {
-        shade_tile((scene, limits), run, &positions, samples);
+        shade_tile(LimitedScene { scene, limits }, run, &positions, samples);
     })
 }
 
@@ -47,7 +47,7 @@ pub(super) fn render_pass(
 /// count in the layers of light groups by `group_weight`.
 /// Unfinished if it is cancelled.
 pub(super) fn sums_of_samples(
-    scene: (&Scene, PathLimits),
+    scene: LimitedScene,
     run: &PassContext,
     (positions, tiling): (&FilmSampler, Tiling),
     layers: (&[Layer], &[IdLayer]),
@@ -80,7 +80,7 @@ struct TileMemory {
 
 /// Adds one sample to each pixel of a tile.
 pub(super) fn shade_tile(
-    (scene, limits): (&Scene, PathLimits),
+    scene: LimitedScene,
     run: &PassContext,
     positions: &FilmSampler,
     samples: &mut TileSamples,
@@ -97,9 +97,9 @@ pub(super) fn shade_tile(
     });
     memory.connections.begin(samples);
     let walks = &mut memory.stream.walks;
-    start_paths((scene, limits), run, positions, samples, path, walks);
+    start_paths(scene, run, positions, samples, path, walks);
     Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
-    let shadow_rays = trace(scene, limits, &mut memory, samples);
+    let shadow_rays = trace(scene.scene, scene.limits, &mut memory, samples);
     Stats::count(&run.stats.shadow_rays, shadow_rays);
     MEMORY.set(Some(memory));
 }

@@ -20,11 +20,11 @@ pub(super) struct VertexNumbers<S: Width> {
     /// Choice of an emitter, and of a point on it.
     pub(super) emitter: (Float<S>, Pair<S>),
     /// Straight-through transmission.
-    pub(super) passes: Float<S>,
+    pub(super) transmission: Float<S>,
     /// Choice of a lobe and of a direction.
     pub(super) bsdf: Numbers<S>,
     /// Russian roulette.
-    pub(super) survives: Float<S>,
+    pub(super) roulette: Float<S>,
 }
 
 impl<S: Width> VertexNumbers<S> {
@@ -43,16 +43,16 @@ impl<S: Width> VertexNumbers<S> {
             [four(&mut at.generators), four(&mut at.generators)]
         };
         // The first two coordinates of a point are the best distributed pair.
-        let [x, y, choice, passes] = first;
-        let [x_direction, y_direction, lobe, survives] = second;
+        let [x, y, choice, transmission] = first;
+        let [x_direction, y_direction, lobe, roulette] = second;
         VertexNumbers {
             emitter: (choice, Pair::new(x, y)),
-            passes,
+            transmission,
             bsdf: Numbers {
                 lobe,
                 direction: Pair::new(x_direction, y_direction),
             },
-            survives,
+            roulette,
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::integrators::connections::{
     Connections, EmitterQuery, EmitterReflection, ReflectingPath,
 };
 use crate::lanes::{Color, Float, Mask, Pair, Width};
+use crate::scene::LimitedScene;
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
@@ -52,9 +53,9 @@ impl Shading<'_, '_, '_> {
         let numbers = VertexNumbers::draw(s, at);
         let sample = (at.v.bsdf).sample_each_wi(at.v.w_prev, numbers.bsdf, Lobes::ALL);
         round.describe(at.v, || sample, lanes.firsts, self.out);
-        let scatters = round.pass_through((at, numbers.passes), lanes, self.next, self.out);
+        let scatters = round.pass_through((at, numbers.transmission), lanes, self.next, self.out);
         self.connect(s, at, numbers.emitter, scatters);
-        self.follow(s, (at, numbers.survives), &sample, scatters);
+        self.follow(s, (at, numbers.roulette), &sample, scatters);
     }
 
     /// Next-event estimation.
@@ -75,7 +76,10 @@ impl Shading<'_, '_, '_> {
             guides: None,
             lanes: Mask::from_bits(s, receives),
         };
-        let scene = (self.round.scene, self.round.limits);
+        let scene = LimitedScene {
+            scene: self.round.scene,
+            limits: self.round.limits,
+        };
         (self.connections).connect_emitters(scene, at.v, query, &ByAllLobes { at });
     }
 

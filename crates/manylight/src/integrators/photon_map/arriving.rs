@@ -10,6 +10,7 @@ use crate::integrators::connections::{EmitterQuery, EmitterReflection, Reflectin
 use crate::integrators::guiding::{environment_guide, guided_pdfs, sample_directions};
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Float, Mask, Width};
+use crate::scene::LimitedScene;
 use crate::simd::set_bits;
 use crate::transport::direct::EmitterSamples;
 use crate::transport::roulette::camera_survivals;
@@ -192,7 +193,10 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
             camera_paths: self.tile.pass.camera_paths,
             lanes,
         };
-        let scene = (self.round.scene, self.round.limits);
+        let scene = LimitedScene {
+            scene: self.round.scene,
+            limits: self.round.limits,
+        };
         (self.tile.connections).connect_emitters(scene, at.v, query, &reflection);
     }
 

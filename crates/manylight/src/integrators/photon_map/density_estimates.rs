@@ -40,7 +40,7 @@ impl TilePaths<'_, '_, '_, '_> {
         };
         let bandwidth = Bandwidth {
             largest: f32::INFINITY,
-            share: pass.radius_scale,
+            radius_scale: pass.radius_scale,
         };
         let mut by_group = [0; 3].map(|_| RadianceByGroup::black(self.out.light_groups()));
         let here = path.stage.after(Lobes::NON_SPECULAR);
