@@ -118,7 +118,7 @@ fn a_pass_alone_is_what_it_is_in_a_run() {
 
 #[test]
 fn blocks_made_apart_merge_to_the_whole() {
-    let scene = grouped_box(16, None).build();
+    let scene = grouped_box(8, None).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let count = block_count(PASSES, job.block);
@@ -190,7 +190,7 @@ impl Observer for Keep {
 
 #[test]
 fn a_resumed_render_has_the_bits_of_one_without_a_break() {
-    let scene = grouped_box(16, None).build();
+    let scene = grouped_box(8, None).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
         let whole = whole(&job);
