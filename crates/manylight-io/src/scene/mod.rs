@@ -121,6 +121,14 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     };
     sink.note_read(path);
     let format = detect_format(path, &bytes, sink)?;
+    if !matches!(format, Format::MitsubaXml)
+        && let Some((name, _)) = options.defines.first()
+    {
+        let message = format!("`{}` has no parameter `{name}`", path.display());
+        let help = Some("only Mitsuba scenes have parameters".to_owned());
+        sink.file_error("scene::option", message, help, LoadErrorKind::Option);
+        return None;
+    }
     if matches!(format, Format::Gltf) {
         return gltf::load(path, &bytes, options, sink);
     }

@@ -130,7 +130,7 @@ impl<'a> Buffers<'a> {
 fn stride(json: &Json<'_>) -> Result<Option<usize>, ()> {
     let stride = json.unsigned("byteStride");
     if let Some(stride) = stride.filter(|stride| !(1..=256).contains(stride)) {
-        json.unexpected("byteStride", stride, "a number from 4 to 252");
+        json.unexpected("byteStride", stride, "a number from 1 to 256");
         return Err(());
     }
     Ok(stride.map(|stride| stride as usize))

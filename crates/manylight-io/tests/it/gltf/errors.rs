@@ -228,4 +228,13 @@ fn options_of_other_formats_are_errors() {
     };
     let error = load_scene(&folder.file, &options).unwrap_err();
     assert_eq!(error.kind(), LoadErrorKind::Option);
+    let options = LoadOptions {
+        defines: vec![("spp".into(), "3".into())],
+        ..LoadOptions::default()
+    };
+    for scene in ["scene.gltf", "scene.pbrt"] {
+        let folder = Folder::with_bytes(scene, b"{}");
+        let error = load_scene(&folder.file, &options).unwrap_err();
+        assert_eq!(error.kind(), LoadErrorKind::Option, "{scene}");
+    }
 }

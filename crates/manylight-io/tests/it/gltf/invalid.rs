@@ -188,7 +188,7 @@ pub(super) fn invalid() -> Vec<(&'static str, Value, &'static str)> {
         (
             "/bufferViews/0/byteStride",
             json!(0),
-            "/bufferViews/0/byteStride: found 0, expected a number from 4 to 252",
+            "/bufferViews/0/byteStride: found 0, expected a number from 1 to 256",
         ),
         (
             "/bufferViews/0/byteLength",
