@@ -1,7 +1,7 @@
 //! Names of the files of frames.
 
 use crate::failure::Failure;
-use manylight_io::{FileError, shown_path};
+use manylight_io::{FileError, is_same_file, shown_path};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -67,7 +67,7 @@ impl<'p> FrameFiles<'p> {
         frames.sort_unstable();
         let Some(&first) = frames.first() else {
             return Err(Failure::usage(
-                format!("found no files {}", shown_path(self.path)),
+                format!("found no frames such as {}", shown_path(&self.file(1))),
                 "give the name that `manylight render --frames` or --cameras had as its output",
             ));
         };
@@ -81,6 +81,12 @@ impl<'p> FrameFiles<'p> {
                 "render this frame, or move the others to another folder",
             )),
         }
+    }
+
+    /// The frame that `file` is of; `None` for other files.
+    pub(crate) fn frame_of(&self, file: &Path) -> Option<u32> {
+        let number = self.number_in(&file.file_name()?.to_string_lossy())?;
+        is_same_file(&self.file(number), file).then_some(number)
     }
 
     /// The frame number in the name of a file; `None` for names of other files.

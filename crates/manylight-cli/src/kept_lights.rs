@@ -254,7 +254,7 @@ fn scene_of(session: &Session) -> Map<String, Value> {
     let rules = session.request.picture.light_group.iter();
     let light_group: Vec<String> = rules.map(ToString::to_string).collect();
     let scene = json!({
-        "scene_sha256": session.lights_digest,
+        "scene_sha256": session.scene_digest,
         "defines": session.request.paths.defines,
         "gltf": gltf,
         "max_depth": limits.max_depth.map_or(-1, i64::from),

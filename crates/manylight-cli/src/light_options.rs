@@ -56,7 +56,7 @@ pub(crate) const MANY_LIGHT: &[LightOption<ManyLight>] = &[
         short: Some('n'),
         value: "N|auto",
         help: "Virtual lights per pass. This is a lower bound: photons without a suitable light nearby get additional lights. \
-            auto: the number of the preset or a half, a quarter or an eighth of it, and as many photons, emitter samples and camera \
+            auto: 512 or a half, a quarter or an eighth of it, and as many photons, emitter samples and camera \
             paths as suit the scene, by a short pre-pass. Default: the preset's",
         set: |method, text| {
             let count = values::light_count(text)?;

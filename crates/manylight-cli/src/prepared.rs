@@ -15,6 +15,7 @@ use manylight::render::{Observer, Outcome, RenderJob};
 use manylight_denoise::Oidn;
 use manylight_io::FileError;
 use serde_json::{Map, Value};
+use std::time::Duration;
 
 /// A render that is ready to start.
 pub(crate) struct Prepared<'s> {
@@ -86,6 +87,11 @@ impl<'s> Prepared<'s> {
             identity,
             resumed,
         })
+    }
+
+    /// Time of the runs that it continues.
+    pub(crate) fn elapsed_before(&self) -> Duration {
+        self.resumed.state.elapsed()
     }
 
     /// Renders the passes.

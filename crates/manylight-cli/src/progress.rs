@@ -37,13 +37,17 @@ pub(crate) struct ProgressGoal {
     pub(crate) budget: Budget,
     /// Passes that were counted before the first one of the render: those of other frames.
     pub(crate) before: u64,
+    /// Time of earlier runs that the budget counts.
+    pub(crate) elapsed_before: Duration,
+    /// What is written after an interrupt.
+    pub(crate) on_interrupt: &'static str,
     /// Kind of display.
     pub(crate) kind: ProgressKind,
 }
 
 impl ProgressGoal {
     /// Resolves [`ProgressKind::Auto`] for this terminal.
-    pub(crate) fn new(budget: Budget, display: DisplayArgs) -> Self {
+    pub(crate) fn new(budget: Budget, on_interrupt: &'static str, display: DisplayArgs) -> Self {
         let kind = match display.progress {
             ProgressKind::Auto if display.quiet => ProgressKind::None,
             ProgressKind::Auto if draws_bars() => ProgressKind::Bar,
@@ -53,6 +57,8 @@ impl ProgressGoal {
         ProgressGoal {
             budget,
             before: 0,
+            elapsed_before: Duration::ZERO,
+            on_interrupt,
             kind,
         }
     }
@@ -110,7 +116,7 @@ impl Observer for ErrorEstimate<'_> {
         let start = Instant::now();
         let due = self.next.is_none_or(|next| start >= next);
         if self.goal.kind != ProgressKind::None && due {
-            let error = ErrorBars::of_film(film).map_or(f32::INFINITY, |bars| bars.stated.pixels);
+            let error = ErrorBars::of_film(film).map_or(f32::INFINITY, |bars| bars.stated.at_most);
             self.error.store(error.to_bits(), Ordering::Relaxed);
             let rest = ESTIMATE_INTERVAL.max(ESTIMATE_REST * start.elapsed());
             self.next = Some(Instant::now() + rest);
@@ -127,7 +133,10 @@ struct Snapshot {
     resumed: u64,
     tiles_done: u64,
     tiles: u64,
+    /// Seconds since the start of this run.
     elapsed: f64,
+    /// Seconds of earlier runs that the budget counts.
+    elapsed_before: f64,
     error: f32,
     budget: Budget,
 }
@@ -143,20 +152,21 @@ impl Snapshot {
 
     /// Used fraction of the budget, in [0, 1]; `None` if only an error bound ends the render.
     fn fraction(&self) -> Option<f64> {
-        self.fraction_after(0)
+        self.fraction_after(0, 0.0)
     }
 
-    /// [`Snapshot::fraction`] of what the budget has beyond the first `resumed` passes.
-    fn fraction_after(&self, resumed: u64) -> Option<f64> {
+    /// [`Snapshot::fraction`] of what the budget has beyond the first `resumed` passes and
+    /// `seconds`.
+    fn fraction_after(&self, resumed: u64, seconds: f64) -> Option<f64> {
         let resumed = resumed as f64;
         let by_passes = self
             .budget
             .passes
             .map(|n| (self.fractional_passes() - resumed) / (f64::from(n) - resumed).max(1.0));
-        let by_time = self
-            .budget
-            .time
-            .map(|t| self.elapsed / t.as_secs_f64().max(1e-3));
+        let by_time = self.budget.time.map(|t| {
+            let elapsed = self.elapsed_before + self.elapsed;
+            (elapsed - seconds) / (t.as_secs_f64() - seconds).max(1e-3)
+        });
         let spent = [by_passes, by_time]
             .into_iter()
             .flatten()
@@ -167,11 +177,11 @@ impl Snapshot {
     /// Estimated remaining time in seconds, in proportion to the elapsed time; `None` if it is not
     /// known.
     fn remaining(&self) -> Option<f64> {
-        let fraction = self.fraction_after(self.resumed)?;
+        let fraction = self.fraction_after(self.resumed, self.elapsed_before)?;
         (fraction > 0.0).then(|| self.elapsed * (1.0 - fraction) / fraction)
     }
 
-    /// `pass 3/16  tiles 120/3600  12.1 s  ETA 52.0 s  error 4.1 %`
+    /// `pass 3/16  tiles 120/3600  12.1 s  ETA 52.0 s  error at most 4.1 %`
     fn line(&self) -> String {
         let current =
             self.passes + u64::from(self.budget.passes.is_none_or(|n| self.passes < n.into()));
@@ -193,7 +203,10 @@ impl Snapshot {
                 .map(|eta| format!("ETA {}", human_time(eta))),
         );
         if self.error.is_finite() {
-            parts.push(format!("error {:.1} %", f64::from(self.error) * 100.0));
+            parts.push(format!(
+                "error at most {:.1} %",
+                f64::from(self.error) * 100.0
+            ));
         }
         parts.join("  ")
     }
@@ -232,6 +245,7 @@ impl Watch<'_> {
             tiles_done: Stats::get(&self.stats.tiles_done),
             tiles: Stats::get(&self.stats.tiles),
             elapsed: self.start.elapsed().as_secs_f64(),
+            elapsed_before: self.goal.elapsed_before.as_secs_f64(),
             error: f32::from_bits(self.error.load(Ordering::Relaxed)),
             budget: self.goal.budget,
         }
@@ -244,9 +258,10 @@ impl Watch<'_> {
         while until_done.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
             if !reported && self.cancel.load(Ordering::Relaxed) {
                 reported = true;
-                display.message(
-                    "interrupted: the image will be written after this pass; interrupt again to quit at once",
-                );
+                display.message(&format!(
+                    "interrupted: {}; interrupt again to quit at once",
+                    self.goal.on_interrupt
+                ));
             }
             display.update(&self.snapshot());
         }
@@ -334,6 +349,7 @@ mod tests {
             tiles_done: 50,
             tiles: 100,
             elapsed: 7.0,
+            elapsed_before: 0.0,
             error: 0.041,
             budget,
         }
@@ -360,6 +376,17 @@ mod tests {
             ..passes
         };
         assert_eq!(snapshot(both).fraction(), Some(0.7));
+        let time = Budget {
+            passes: None,
+            time: Some(Duration::from_secs(100)),
+            relative_error: None,
+        };
+        let resumed = Snapshot {
+            elapsed_before: 80.0,
+            ..snapshot(time)
+        };
+        assert_eq!(resumed.fraction(), Some(0.87));
+        assert_eq!(resumed.remaining(), Some(13.0));
         let error = Budget {
             passes: None,
             time: None,
@@ -381,7 +408,7 @@ mod tests {
         let line = snapshot(passes).line();
         assert_eq!(
             line,
-            "pass 4/7  tiles 50/100  7.00 s  ETA 7.00 s  error 4.1 %"
+            "pass 4/7  tiles 50/100  7.00 s  ETA 7.00 s  error at most 4.1 %"
         );
         let json = snapshot(passes).json();
         assert_eq!(
@@ -406,6 +433,8 @@ mod tests {
             let goal = ProgressGoal {
                 budget,
                 before: 0,
+                elapsed_before: Duration::ZERO,
+                on_interrupt: "nothing will be written",
                 kind,
             };
             let (stats, never) = (Stats::default(), AtomicBool::new(false));

@@ -14,13 +14,13 @@
 
 use crate::failure::Failure;
 use crate::picture::{
-    DENOISED_GROUP, GROUP_VARIANCE, color_layer, derived_image, last_part, layers_without_light,
-    metadata_without_noise, picture_layer, picture_name, planes,
+    DENOISED_GROUP, GROUP_VARIANCE, color_layer, derived_image, layers_without_light,
+    metadata_without_noise, picture_layer, picture_name, planes, split_last_part,
 };
 use crate::values::GroupWeight;
-use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, light_group};
+use manylight_io::image::{ImageLayer, LIGHT_GROUP, LayeredImage, last_part, light_group};
 use manylight_io::shown_path;
-use manylight_lab::noise::NOISY;
+use manylight_lab::noise::{NOISY, VARIANCE};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -97,13 +97,13 @@ pub(crate) fn relight(
 /// light does not change.
 fn other_layers(image: &LayeredImage, sum: &str, groups: &[Group]) -> Vec<ImageLayer> {
     let mut layers: Vec<ImageLayer> = Vec::new();
-    let variance = planes(image, &beside(sum, "variance"));
+    let variance = planes(image, &beside(sum, VARIANCE));
     if let Some(variance) = variance
         && groups.iter().all(|group| group.variances.is_some())
     {
         let of = |c: usize| weighed_variance(groups, variance[c], c);
         let variances = (0..3).map(of).collect();
-        layers.push(color_layer(&beside(sum, "variance"), variances));
+        layers.push(color_layer(&beside(sum, VARIANCE), variances));
     }
     for group in groups {
         let times = |planes: Planes, power: i32| {
@@ -129,19 +129,19 @@ fn other_layers(image: &LayeredImage, sum: &str, groups: &[Group]) -> Vec<ImageL
 
 /// The name of a layer in the same view layer as `layer`.
 fn beside(layer: &str, name: &str) -> String {
-    format!("{}{name}", last_part(layer).1)
+    format!("{}{name}", split_last_part(layer).1)
 }
 
 /// The name of `layer` with `prefix` before its last part: that of another layer of the group.
 fn prefixed(prefix: &str, layer: &str) -> String {
-    let (last, before) = last_part(layer);
+    let (last, before) = split_last_part(layer);
     format!("{before}{prefix}{last}")
 }
 
 /// The layer that is the sum of the groups: of denoised pictures that with the noise.
 fn sum_of_groups(image: &LayeredImage) -> &str {
     let mut names = image.layers.iter().map(|layer| layer.name.as_str());
-    let noisy = names.find(|name| last_part(name).0 == NOISY);
+    let noisy = names.find(|name| last_part(name) == NOISY);
     noisy.unwrap_or_else(|| picture_name(image))
 }
 
@@ -283,7 +283,8 @@ fn metadata(image: &LayeredImage, groups: &[Group]) -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::{RGB, full_name};
+    use crate::picture::RGB;
+    use manylight_io::image::full_name;
 
     /// A picture of one pixel in view layer `view` with two groups; one channel counts.
     fn picture(view: &str, groups: [f32; 2], variances: [f32; 3]) -> LayeredImage {

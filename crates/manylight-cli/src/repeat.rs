@@ -176,6 +176,27 @@ pub(crate) fn command_line(
     words.join(" ")
 }
 
+/// The command that renders the same picture by path tracing to `reference.exr`.
+pub(crate) fn reference_command(request: &RenderRequest) -> String {
+    let mut words = vec!["manylight".to_owned(), "render".into()];
+    words.push(request.scene.display().to_string());
+    words.extend(["-m", "path", "--spp", "256"].map(str::to_owned));
+    let groups = [
+        written(&request.paths),
+        written(&request.camera),
+        written(&request.gltf),
+    ];
+    for (name, value) in groups.into_iter().flatten() {
+        // Another seed is no other picture, and 0 is the default of the camera.
+        if name != "seed" && value != 0 {
+            words.extend(option_words(&name, value));
+        }
+    }
+    words.extend(["-o", "reference.exr"].map(str::to_owned));
+    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
+    words.join(" ")
+}
+
 /// The words of an option with the name of its field; none where it is not given.
 fn option_words(name: &str, value: Value) -> Vec<String> {
     let option = format!("--{}", name.replace('_', "-"));
@@ -231,6 +252,15 @@ mod tests {
             Command::Render(args) => RenderRequest::new(&args).unwrap(),
             _ => unreachable!(),
         }
+    }
+
+    #[test]
+    fn a_reference_shows_the_same_picture() {
+        let words = "manylight render a/scene.xml --crop 0,0.5,0,1 --max-depth -1 --seed 9 -D a=0 -n 50 -o b.exr";
+        assert_eq!(
+            reference_command(&request(&words.split(' ').collect::<Vec<_>>())),
+            "manylight render a/scene.xml -m path --spp 256 --max-depth -1 -D a=0 --crop 0,0.5,0,1 -o reference.exr"
+        );
     }
 
     #[test]

@@ -111,8 +111,8 @@ impl RenderReport<'_> {
         )
     }
 
-    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage
-    /// `write` is not known yet.
+    /// Metadata of the images (name, value), sufficient to repeat the render, without their stated
+    /// error. The time of the stage `write` is not known yet.
     pub(crate) fn metadata(&self) -> Vec<(String, String)> {
         let request = self.settings.request;
         let mut entries = vec![
@@ -133,11 +133,6 @@ impl RenderReport<'_> {
             ("warnings".into(), self.warnings.len().to_string()),
         ];
         entries.extend(self.settings.metadata());
-        if let Some(error) = &self.error {
-            entries.push(("error".into(), error.pixels.to_string()));
-            entries.push(("error.at_most".into(), error.at_most.to_string()));
-            entries.push(("error.blocks".into(), error.blocks.to_string()));
-        }
         let total = self.stats.total_time();
         entries.push(("seconds".into(), format!("{:.3}", total.as_secs_f64())));
         for (name, time) in self.stats.stages() {

@@ -3,8 +3,10 @@
 use crate::choice::budget_and_block;
 use crate::denoiser::Denoised;
 use crate::failure::Failure;
+use crate::frame_files::FrameFiles;
 use crate::interrupt::Interrupt;
 use crate::light_groups::{check_groups, named};
+use crate::picture::PictureFacts;
 use crate::repeat::Settings;
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
@@ -32,7 +34,7 @@ pub struct Session {
     /// SHA-256 of the files of the scene, and of the cameras of a walkthrough.
     pub(crate) digest: String,
     /// SHA-256 of the files of the scene alone.
-    pub(crate) lights_digest: String,
+    pub(crate) scene_digest: String,
     /// The file of lights that the render shades by, if they were made before.
     pub(crate) lights: Option<LightsFile>,
     /// Warnings about the scene, without repetitions.
@@ -63,7 +65,7 @@ pub(crate) struct SceneFile {
     /// SHA-256 of the files of the scene, and of the cameras of a walkthrough.
     pub(crate) digest: String,
     /// SHA-256 of the files of the scene alone.
-    pub(crate) lights_digest: String,
+    pub(crate) scene_digest: String,
     /// The files of the scene.
     files: Vec<PathBuf>,
 }
@@ -82,9 +84,9 @@ impl SceneFile {
         stats.time("load", || {
             pool.install(|| {
                 let mut loaded = load_scene(&request.scene, options)?;
-                let lights_digest = scene_digest(&request.scene, &loaded.files)?;
+                let of_scene = scene_digest(&request.scene, &loaded.files)?;
                 let digest = match &request.frames.cameras {
-                    None => lights_digest.clone(),
+                    None => of_scene.clone(),
                     Some(cameras) => {
                         loaded.files.push(cameras.clone());
                         scene_digest(&request.scene, &loaded.files)?
@@ -94,7 +96,7 @@ impl SceneFile {
                     warnings: distinct_warnings(&loaded),
                     desc: loaded.desc,
                     digest,
-                    lights_digest,
+                    scene_digest: of_scene,
                     files: loaded.files,
                 })
             })
@@ -105,13 +107,22 @@ impl SceneFile {
     pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
         let others = [&request.parts.checkpoint, &request.kept.lights_out];
         let others = others.into_iter().flatten();
-        let is_input = |output: &Path| self.files.iter().any(|file| is_same_file(output, file));
-        match (request.outputs.iter().chain(others)).find(|output| is_input(output)) {
+        let outputs = request.outputs.iter();
+        let frames: Vec<FrameFiles> = match request.frames.is_walkthrough() {
+            true => outputs.clone().map(|path| FrameFiles::of(path)).collect(),
+            false => Vec::new(),
+        };
+        let would_replace = |file: &&PathBuf| {
+            let is_output = |output: &PathBuf| is_same_file(output, file);
+            frames.iter().any(|frames| frames.frame_of(file).is_some())
+                || outputs.clone().chain(others.clone()).any(is_output)
+        };
+        match self.files.iter().find(would_replace) {
             None => Ok(()),
-            Some(output) => Err(Failure::usage(
+            Some(file) => Err(Failure::usage(
                 format!(
                     "{} is a file of the scene, which the render would replace",
-                    shown_path(output)
+                    shown_path(file)
                 ),
                 "write to a file of another name",
             )),
@@ -299,6 +310,17 @@ impl Session {
             warnings: self.all_warnings(),
             scene_digest: &self.digest,
         }
+    }
+
+    /// What a picture of `film`, which `report` is about, says beside its layers.
+    pub(crate) fn facts(
+        &self,
+        film: &Film,
+        job: &RenderJob,
+        report: &RenderReport,
+    ) -> PictureFacts {
+        let camera = self.scene.camera(job.frame);
+        PictureFacts::new(&self.scene, camera, film.id_layers(), report.metadata())
     }
 
     /// Warnings about the scene and the samples so far.

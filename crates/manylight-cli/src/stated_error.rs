@@ -51,6 +51,15 @@ pub(crate) fn to_json(error: &StatedError) -> Value {
     })
 }
 
+/// The error as metadata of an image (name, value).
+pub(crate) fn metadata(error: &StatedError) -> [(String, String); 3] {
+    [
+        ("error".into(), error.pixels.to_string()),
+        ("error.at_most".into(), error.at_most.to_string()),
+        ("error.blocks".into(), error.blocks.to_string()),
+    ]
+}
+
 /// A warning if the error may be larger than stated.
 pub(crate) fn doubt(error: &StatedError) -> Option<String> {
     (error.concentration > CONCENTRATED).then(|| {

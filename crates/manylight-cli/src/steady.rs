@@ -2,13 +2,13 @@
 
 use crate::failure::Failure;
 use crate::picture::{
-    RGB, derived_image, full_name, last_part, layers_without_light, metadata_without_noise,
-    picture_layer, picture_name, planes,
+    RGB, derived_image, layers_without_light, metadata_without_noise, picture_layer, picture_name,
+    planes,
 };
 use manylight::image::Image;
 use manylight::math::{Mat4, Vec3, Vec4};
 use manylight_denoise::WalkFrame;
-use manylight_io::image::LayeredImage;
+use manylight_io::image::{LayeredImage, full_name, last_part};
 use manylight_io::shown_path;
 use std::path::Path;
 
@@ -67,7 +67,7 @@ pub(crate) fn steadied(image: &LayeredImage, picture: &Image, frames: String) ->
 
 fn positions(image: &LayeredImage) -> Option<[&[f32]; 3]> {
     let mut names = image.layers.iter().map(|layer| layer.name.as_str());
-    let layer = names.find(|name| POSITIONS.contains(&last_part(name).0))?;
+    let layer = names.find(|name| POSITIONS.contains(&last_part(name)))?;
     let [x, y, z] = ["X", "Y", "Z"].map(|channel| image.channel(&full_name(layer, channel)));
     Some([x?, y?, z?])
 }

@@ -104,10 +104,9 @@ pub(crate) fn interleaving(text: &str) -> Result<u32, String> {
 /// A number of von Mises-Fisher lobes.
 pub(crate) fn lobes(text: &str) -> Result<u32, String> {
     const MAX: u32 = GlossyForm::MAX_LOBES;
-    let number: i64 = (text.parse()).map_err(|error: std::num::ParseIntError| error.to_string())?;
-    match u32::try_from(number) {
-        Ok(lobes) if (1..=MAX).contains(&lobes) => Ok(lobes),
-        _ => Err(format!("{number} is not in 1..={MAX}")),
+    match text.parse() {
+        Ok(lobes @ 1..=MAX) => Ok(lobes),
+        _ => Err(format!("expected a whole number from 1 to {MAX}")),
     }
 }
 
@@ -172,7 +171,10 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
 }
 
 /// A relative error: `0.02` or `2%`. A whole or more without a sign is rather meant in percent.
-pub(crate) fn relative_error(text: &str) -> Result<f32, String> {
+///
+/// # Errors
+/// What is expected instead.
+pub fn relative_error(text: &str) -> Result<f32, String> {
     let percent = text
         .strip_suffix('%')
         .map(|number| positive(number.trim_end()));

@@ -2,7 +2,7 @@
 
 use manylight::color::Rgb;
 use manylight::math::{UVec2, Vec2};
-use manylight_io::image::{ImageLayer, LayeredImage, linear_from_srgb};
+use manylight_io::image::{ImageLayer, LayeredImage, full_name, linear_from_srgb};
 
 /// The Viridis color map at nine even steps, in sRGB. It is perceptually uniform, also with color
 /// vision deficiency. Source: Smith, van der Walt, Matplotlib.
@@ -155,13 +155,6 @@ pub fn gray_layer(name: &str, values: Vec<f32>) -> ImageLayer {
     ImageLayer {
         name: name.into(),
         channels: vec![(full_name(name, "Y"), values)],
-    }
-}
-
-fn full_name(layer: &str, channel: &str) -> String {
-    match layer {
-        "" => channel.into(),
-        _ => format!("{layer}.{channel}"),
     }
 }
 

@@ -21,6 +21,12 @@ pub struct MeanNoise {
 /// file belong to it.
 pub const NOISY: &str = "noisy";
 
+/// The layer with the variance of the mean of each pixel, of the image before denoising.
+pub const VARIANCE: &str = "variance";
+
+/// The layer with the variance of the means over 8x8 blocks; all pixels of a block hold its value.
+pub const BLOCK_VARIANCE: &str = "block_variance";
+
 /// The layer with the error bars of the pixels: half-widths of intervals at 95 % around the image,
 /// which is denoised where there is a layer [`NOISY`].
 pub const ERROR: &str = "error";

@@ -22,7 +22,7 @@ pub struct Progress {
     pub passes: u32,
     /// Time since the render began, in seconds.
     pub seconds: f64,
-    /// Estimated relative error of the image; `None` if it is not known yet.
+    /// Upper bound of the relative error of the image as rendered; `None` if it is not known yet.
     pub error: Option<f32>,
     /// Whether the render goes on.
     pub state: RenderState,

@@ -7,6 +7,7 @@ use manylight_io::image::{
     DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png, interleave,
     read_layered_image, write_image,
 };
+use manylight_lab::noise::VARIANCE;
 use numpy::PyArray;
 use numpy::ndarray::{ArrayView2, ArrayView3};
 use pyo3::prelude::*;
@@ -232,7 +233,7 @@ impl Image {
     /// Variance of the mean of each value of the picture; None if it is unknown.
     #[getter]
     fn variance<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let layer = slf.get().layer("variance");
+        let layer = slf.get().layer(VARIANCE);
         layer.map(|layer| Image::array(slf, layer)).transpose()
     }
 

@@ -38,6 +38,13 @@ fn seconds(py: Python<'_>, text: &str) -> PyResult<f64> {
         .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
 }
 
+/// The relative error of a text such as `2%`, as `--target-error` of the command takes it.
+#[pyfunction]
+fn relative_error(py: Python<'_>, text: &str) -> PyResult<f32> {
+    manylight_cli::embed::relative_error(text)
+        .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
+}
+
 /// The file of a frame of a walkthrough, counted from 1, for the name of all.
 #[pyfunction]
 fn frame_file(path: PathBuf, frame: u32) -> PathBuf {
@@ -76,6 +83,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(options::keeps_lights, module)?)?;
     module.add_function(wrap_pyfunction!(frame_file, module)?)?;
     module.add_function(wrap_pyfunction!(seconds, module)?)?;
+    module.add_function(wrap_pyfunction!(relative_error, module)?)?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     Ok(())
 }

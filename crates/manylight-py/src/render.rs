@@ -5,7 +5,7 @@ use crate::image::Image;
 use crate::scene::Scene;
 use crate::waiting::wait_for;
 use manylight_cli::Interrupt;
-use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeWarning};
 use pyo3::prelude::*;
 use std::ffi::CString;
 
@@ -25,7 +25,11 @@ pub(crate) fn render(
     let (rendered, _) = wait_for(py, &interrupt, progress.as_ref(), |observer| {
         held.session(&words)?.render(&interrupt, observer)
     })?;
-    let rendered = rendered.map_err(|failure| exception(py, &failure))?;
+    let Some(rendered) = rendered.map_err(|failure| exception(py, &failure))? else {
+        return Err(PyKeyboardInterrupt::new_err(
+            "neither lights nor a picture were made",
+        ));
+    };
     for failure in &rendered.failures {
         warn(py, &failure.to_string())?;
     }

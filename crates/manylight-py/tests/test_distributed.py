@@ -483,10 +483,10 @@ def begin(scene, client, folder, **options):
 
 def test_rounds_go_on_with_the_blocks_of_an_earlier_call(scene, two, tmp_path):
     options = {**SMALL, "block": 8}
-    begin(scene, two, tmp_path, target_error=1e9, **options)
+    begin(scene, two, tmp_path, target_error="1e11%", **options)
     for blocks in (range(0, 1), range(2, 4)):
         ml.render_part(scene, str(tmp_path / part_name(blocks)), blocks=blocks, **options)
-    image, report = render_with_report(scene, client=two, folder=tmp_path, target_error=1e9, progress=False, **options)
+    image, report = render_with_report(scene, client=two, folder=tmp_path, target_error="1e11%", progress=False, **options)
     assert (report.blocks, report.rounds, report.found_blocks) == (4, 1, 3)
     same(image, ml.render(scene, passes=32, **options))
 
@@ -502,7 +502,10 @@ def test_rounds_go_on_with_the_blocks_of_an_earlier_call(scene, two, tmp_path):
         ({"passes": 16, "time": 3}, "passes: does not go with"),
         ({"time": "soon"}, "time: found 'soon'"),
         ({"time": -1}, "time: found -1"),
-        ({"target_error": 0}, "target_error: found 0"),
+        ({"target_error": 0}, "target_error: found '0.0'"),
+        ({"target_error": 2}, "target_error: found '2.0'"),
+        ({"target_error": [0.1]}, "target_error: found [0.1]"),
+        ({"lights_out": "room.lights"}, "lights_out: does not go"),
         ({"block": 12}, "block: found 12"),
         ({"shares": 0}, "shares: found 0"),
         ({"retries": -1}, "retries: found -1"),

@@ -17,7 +17,7 @@ pub(crate) struct GltfArgs {
     pub(crate) light_units: Option<Units>,
 
     /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1.
-    /// Default: none, or white if nothing in the file emits light.
+    /// Default: none, or white if nothing in the file emits light of one color.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     #[serde(serialize_with = "written::path")]
     pub(crate) environment: Option<PathBuf>,

@@ -133,7 +133,7 @@ pub(crate) enum Listing {
     Sensors,
     /// Reconstruction filters.
     Filters,
-    /// Integrators of scene files; only their path lengths are used.
+    /// Integrators of scene files; only their limits of paths, and whether they hide emitters, are used.
     Integrators,
 }
 

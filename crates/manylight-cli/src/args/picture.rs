@@ -42,20 +42,29 @@ pub(crate) struct PictureArgs {
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
 #[command(next_help_heading = "Pictures")]
 pub(crate) struct FileArgs {
-    /// Exposure of png and jpg files in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
-    pub(crate) exposure: f32,
-
-    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral,
-    /// agx is the AgX of Blender.
-    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
-    #[serde(serialize_with = "written::word")]
-    pub(crate) view: View,
+    /// How values become colors.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) tone: ToneArgs,
 
     /// Names of the layers in exr files.
     #[arg(long, value_name = "NAMES", value_parser = one_of::<AovNames>(), default_value = AovNames::NAMES[0].0)]
     #[serde(serialize_with = "written::word")]
     pub(crate) aov_names: AovNames,
+}
+
+/// How values become colors of 8 bits.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize)]
+pub(crate) struct ToneArgs {
+    /// Exposure of png and jpg files in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    exposure: f32,
+
+    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral,
+    /// agx is the AgX of Blender.
+    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
+    #[serde(serialize_with = "written::word")]
+    view: View,
 }
 
 /// Options of commands that make a picture of pictures.
@@ -65,13 +74,9 @@ pub(crate) struct DerivedArgs {
     #[arg(short, long = "output", value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
 
-    /// Exposure of png and jpg files in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
-    exposure: f32,
-
-    /// Tone curve of png and jpg files: standard, neutral, agx.
-    #[arg(long, value_name = "NAME", value_parser = one_of::<View>(), default_value = View::NAMES[0].0)]
-    view: View,
+    /// How values become colors.
+    #[command(flatten)]
+    pub(crate) tone: ToneArgs,
 
     /// Print a JSON object on standard output at the end.
     #[arg(long)]
@@ -115,18 +120,8 @@ impl PictureArgs {
     }
 }
 
-impl DerivedArgs {
-    /// How values become colors of 8 bits.
-    pub(crate) fn display(&self) -> DisplayTransform {
-        DisplayTransform {
-            exposure_ev: self.exposure,
-            view: self.view,
-        }
-    }
-}
-
-impl FileArgs {
-    /// How values become colors of 8 bits.
+impl ToneArgs {
+    /// The transform of values.
     pub(crate) fn display(&self) -> DisplayTransform {
         DisplayTransform {
             exposure_ev: self.exposure,

@@ -152,7 +152,8 @@ impl RunArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "When to stop")]
 pub(crate) struct BudgetArgs {
-    /// Samples per pixel in total. A pass of a many-light method is one sample per pixel.
+    /// Samples per pixel of path tracing, or passes, which with virtual lights have several camera
+    /// paths per pixel. Where auto chooses path tracing, as many samples as cost the same.
     /// Default: 16, or no limit with --time or --target-error.
     #[arg(long, visible_alias = "spp", value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) passes: Option<NonZeroU32>,

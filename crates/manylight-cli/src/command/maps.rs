@@ -53,7 +53,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     let pictures = pictures(&maps, &color_maps, metadata(&session.settings(&job)));
     for (path, picture) in request.outputs.iter().zip(&pictures) {
         let _complete_file = interrupt.writing();
-        write_image(path, picture, request.picture.file.display())?;
+        write_image(path, picture, request.picture.file.tone.display())?;
     }
     if !args.quiet {
         report(&maps, &color_maps);

@@ -7,7 +7,7 @@ use crate::output::{print_data, print_message};
 use crate::relight::{RelitContent, relight};
 use crate::request::{check_formats, have_layers};
 use manylight_io::image::{read_layered_image, write_image};
-use manylight_io::{check_replaceable, shown_path};
+use manylight_io::{check_replaceable, is_same_file, shown_path};
 use serde_json::{Map, Value, json};
 
 /// Version of the shape of the JSON object.
@@ -18,6 +18,15 @@ pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
     let files = &args.derived;
     check_formats(&files.outputs)?;
     (files.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
+    if let Some(output) = (files.outputs.iter()).find(|path| is_same_file(path, &args.image)) {
+        return Err(Failure::usage(
+            format!(
+                "{} is the picture with the light groups, which the result would replace",
+                shown_path(output)
+            ),
+            "write to a file of another name",
+        ));
+    }
     let interrupt = Interrupt::install()?;
     let image = read_layered_image(&args.image)?;
     let content = match have_layers(&files.outputs) {
@@ -27,7 +36,7 @@ pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
     let picture = relight(&args.image, &image, &args.groups, content)?;
     for path in &files.outputs {
         let _complete_file = interrupt.writing();
-        write_image(path, &picture, files.display())?;
+        write_image(path, &picture, files.tone.display())?;
         if !files.quiet {
             print_message(format_args!("wrote {}", shown_path(path)));
         }

@@ -11,16 +11,18 @@ use crate::interrupt::Interrupt;
 use crate::kept_lights::{ShadingLights, request_with_lights};
 use crate::output::{Console, print_data, print_message, print_warnings};
 use crate::part::open_checkpoint;
-use crate::picture::{PictureFacts, PictureSource};
+use crate::picture::PictureSource;
 use crate::pre_pass::{choose, print_choice};
 use crate::prepared::{Prepared, RenderedFilm};
 use crate::progress::{self, ProgressGoal};
+use crate::repeat::reference_command;
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, thread_pool};
 use crate::stated_error::error_bars;
 use manylight::render::Stats;
 use manylight_denoise::Oidn;
+use manylight_io::image::ImageFormat;
 use manylight_io::part::{LightsFile, check_part_writable};
 use manylight_io::{check_replaceable, shown_path};
 use preview::RenderPreview;
@@ -79,7 +81,7 @@ pub(super) fn open(
         request,
         scene: Arc::new(scene),
         digest: file.digest,
-        lights_digest: file.lights_digest,
+        scene_digest: file.scene_digest,
         lights,
         warnings: file.warnings,
         oidn: oidn.map(Oidn::version),
@@ -135,7 +137,11 @@ impl Run<'_> {
         let mut preview = RenderPreview::start(self.args, session, &self.console);
         let beside = preview.memory(&session.job());
         let prepared = Prepared::new(session, oidn, lights.kept(), beside, interrupt)?;
-        let goal = ProgressGoal::new(prepared.job.budget, display);
+        let on_interrupt = "the image of the complete passes will be written";
+        let goal = ProgressGoal {
+            elapsed_before: prepared.elapsed_before(),
+            ..ProgressGoal::new(prepared.job.budget, on_interrupt, display)
+        };
         let rendered = progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
             prepared.render(&self.console, &mut preview.beside(observer))
         });
@@ -156,8 +162,7 @@ impl Run<'_> {
             error: bars.as_ref().map(|bars| bars.stated),
             ..session.report(&job, film.passes())
         };
-        let (scene, metadata) = (&session.scene, report.metadata());
-        let facts = PictureFacts::new(scene, &scene.sensor, film.id_layers(), metadata);
+        let facts = session.facts(film, &job, &report);
         let source = PictureSource {
             film,
             denoised: denoised.picture.as_ref(),
@@ -248,18 +253,13 @@ fn print_next_step(report: &RenderReport) {
     if ["aov", "direct"].contains(&request.paths.method.name) {
         return;
     }
-    let exr = request
-        .outputs
-        .iter()
-        .find(|path| path.extension().is_some_and(|e| e == "exr"));
-    let scene = shown_path(&request.scene);
-    let size = request.camera.size;
-    let size = size.map_or_else(String::new, |size| format!(" --size {}x{}", size.x, size.y));
+    let exr = (request.outputs.iter())
+        .find(|path| ImageFormat::from_path(path).is_ok_and(|format| format == ImageFormat::Exr));
     match exr {
         Some(image) if request.paths.method.name != "path" => {
             print_message(format_args!(
-                "next: manylight render {scene} -m path --spp 256{size} -o reference.exr\n      \
-                 manylight compare {} reference.exr",
+                "next: {}\n      manylight compare {} reference.exr",
+                reference_command(request),
                 shown_path(image)
             ));
         }
@@ -268,7 +268,8 @@ fn print_next_step(report: &RenderReport) {
             shown_path(image)
         )),
         None => print_message(format_args!(
-            "next: manylight render {scene} -o image.exr   (all layers, for `manylight compare`)"
+            "next: manylight render {} -o image.exr   (all layers, for `manylight compare`)",
+            shown_path(&request.scene)
         )),
     }
 }

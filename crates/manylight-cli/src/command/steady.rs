@@ -53,7 +53,7 @@ pub(crate) fn run(args: &SteadyArgs) -> Result<u8, Failure> {
         let image = steadied(&image, &picture, range);
         for path in outputs(number) {
             let _complete_file = interrupt.writing();
-            write_image(&path, &image, files.display())?;
+            write_image(&path, &image, files.tone.display())?;
             if !files.quiet {
                 print_message(format_args!("wrote {}", shown_path(&path)));
             }

@@ -5,9 +5,7 @@ use crate::failure::Failure;
 use crate::kept_lights::request_with_lights;
 use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
-use crate::session::{
-    SceneFile, Session, build_scene, frame_cameras, scene_failure, set_frames, thread_pool,
-};
+use crate::session::{SceneFile, Session, frame_cameras, scene_failure, set_frames, thread_pool};
 use crate::usage::render_args;
 use manylight::render::Stats;
 use manylight::scene::{LightGroupNames, Scene, SceneDesc};
@@ -96,7 +94,7 @@ impl HeldScene {
             request,
             scene,
             digest: self.digest.clone(),
-            lights_digest: self.digest.clone(),
+            scene_digest: self.digest.clone(),
             lights,
             warnings: self.warnings.clone(),
             oidn,
@@ -125,10 +123,14 @@ impl HeldScene {
         let groups = groups.transpose()?;
         let mut content = self.content.lock().unwrap_or_else(PoisonError::into_inner);
         if let Content::Described(desc) = &mut *content {
-            let built = build_scene(request, std::mem::take(desc), pool, stats);
+            let desc = SceneDesc {
+                sensors: vec![camera.clone()],
+                ..*std::mem::take(desc)
+            };
+            let built = stats.time("build", || pool.install(|| Scene::build(desc, 0)));
             *content = match built {
                 Ok(scene) => Content::Built(Arc::new(scene)),
-                Err(failure) => Content::Invalid(failure.to_string()),
+                Err(error) => Content::Invalid(error.message),
             };
         }
         let scene = match &mut *content {
@@ -216,6 +218,19 @@ mod tests {
         assert_eq!(wide.scene.sensor.desc().film.size.x, 9);
         let missing = room.session(&words("--sensor 7")).err().unwrap();
         assert_eq!(missing.exit_code(), 2);
+    }
+
+    #[test]
+    fn a_wrong_option_does_not_spoil_the_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("dark.xml");
+        let text =
+            r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="cube"/></scene>"#;
+        std::fs::write(&scene, text).unwrap();
+        let dark = HeldScene::load(vec![scene.display().to_string()]).unwrap();
+        let failure = dark.session(&words("--light-groups")).err().unwrap();
+        assert_eq!(failure.exit_code(), 2);
+        assert!(dark.session(&words("--size 8x6")).is_ok());
     }
 
     #[test]

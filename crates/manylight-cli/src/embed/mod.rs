@@ -11,6 +11,7 @@ mod relight;
 mod render;
 
 pub use crate::interim::interim_maps;
+pub use crate::values::relative_error;
 pub use frames::frame_file;
 pub use held_scene::HeldScene;
 pub use options::{RenderOption, keeps_lights, pass_limit, render_options};

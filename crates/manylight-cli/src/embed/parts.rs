@@ -4,13 +4,12 @@ use super::render::Picture;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::kept_lights::ShadingLights;
-use crate::memory::{OtherMemory, check_memory};
-use crate::part::{blocks_of, merge_parts, write_share};
+use crate::part::{blocks_of, merge_parts, render_share};
 use crate::pre_pass::choose;
 use crate::session::Session;
 use crate::values::Shard;
 use manylight::film::blocks::block_count;
-use manylight::render::{Observer, RenderJob, render_blocks};
+use manylight::render::{Observer, RenderJob};
 use manylight_io::part::PartFile;
 use serde_json::{Value, json};
 use std::num::NonZeroU32;
@@ -37,8 +36,8 @@ pub enum PartBlocks {
 /// written then.
 ///
 /// # Errors
-/// There are no such blocks, the session has a limit that depends on all shares, the memory
-/// limit is too small, or the file cannot be written.
+/// There are no such blocks, the session has a limit that depends on all shares or an option of
+/// whole pictures, the memory limit is too small, or the file cannot be written.
 pub fn render_part(
     session: &Session,
     blocks: PartBlocks,
@@ -50,6 +49,19 @@ pub fn render_part(
         return Err(Failure::usage(
             "a part is a share of one picture, not of the frames of a walkthrough",
             "render frames one by one",
+        ));
+    }
+    let request = &session.request;
+    let options_of_pictures = [
+        ("denoise", request.denoise.denoise.is_some()),
+        ("checkpoint", request.parts.checkpoint.is_some()),
+        ("resume", request.parts.resume.is_some()),
+        ("lights-out", request.kept.lights_out.is_some()),
+    ];
+    if let Some((name, _)) = options_of_pictures.iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::usage(
+            format!("--{name}: a part is a share of a picture"),
+            format!("omit --{name}"),
         ));
     }
     choose(session, None)?;
@@ -68,18 +80,7 @@ pub fn render_part(
         job.budget.passes = None;
     }
     let blocks = checked(blocks, &job)?;
-    let limit = session.request.memory_limit;
-    let other = OtherMemory::of_part(&blocks);
-    (session.pool).install(|| check_memory(limit, &job, other))?;
-    let cancel = interrupt.cancel();
-    let rendered = session
-        .pool
-        .install(|| render_blocks(&job, blocks, &session.stats, cancel, observer));
-    let Some(sums) = rendered else {
-        return Ok(false);
-    };
-    write_share(session, &job, path, &sums, interrupt)?;
-    Ok(true)
+    render_share(session, &job, blocks, path, interrupt, observer)
 }
 
 /// The range of blocks, if it is not empty and part of the render.

@@ -78,7 +78,8 @@ impl Session {
         self.oidn.is_some()
     }
 
-    /// Renders a picture, and denoises it if that is asked for.
+    /// Renders a picture, and denoises it if that is asked for; `None` if an interrupt came before
+    /// all lights were made that are to be kept.
     ///
     /// # Errors
     /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from
@@ -87,10 +88,13 @@ impl Session {
         &self,
         interrupt: &Interrupt,
         observer: &mut (dyn Observer + Send),
-    ) -> Result<Rendered, Failure> {
+    ) -> Result<Option<Rendered>, Failure> {
         let oidn = open_denoiser(&self.request.denoise, self.request.run.threads())?;
         choose(self, oidn.as_ref())?;
         let lights = ShadingLights::of(self, interrupt)?;
+        if lights.are_interrupted() {
+            return Ok(None);
+        }
         let prepared = Prepared::new(self, oidn.as_ref(), lights.kept(), None, interrupt)?;
         let rendered = prepared.render(&Console::default(), observer);
         let denoised = rendered.denoise();
@@ -98,11 +102,11 @@ impl Session {
         let picture = self.picture_of(&rendered.job, &outcome.film, denoised.picture.as_ref());
         let interrupted = outcome.stop == Stop::Cancelled || denoised.interrupted;
         let failures = rendered.checkpoint.err().map(Failure::from).into_iter();
-        Ok(Rendered {
+        Ok(Some(Rendered {
             picture,
             interrupted,
             failures: failures.chain(denoised.failure).collect(),
-        })
+        }))
     }
 
     /// The picture of a film of this session, as an observer gets it.
@@ -116,13 +120,7 @@ impl Session {
         film: &Film,
         denoised: Option<&DenoisedImage>,
     ) -> Picture {
-        let metadata = self.report(job, film.passes()).metadata();
-        let facts = PictureFacts::new(
-            &self.scene,
-            self.scene.camera(job.frame),
-            film.id_layers(),
-            metadata,
-        );
+        let facts = self.facts(film, job, &self.report(job, film.passes()));
         Picture::new(film, denoised, &facts)
     }
 }

@@ -30,7 +30,9 @@ pub(crate) fn merge_parts(paths: &[PathBuf]) -> Result<(Film, PictureFacts), Fai
         .map(|path| PartFile::open(path))
         .collect::<Result<Vec<_>, _>>()?;
     let plan = MergePlan::new(&parts)?;
-    Ok((merge(&parts, &plan)?, facts(&parts)?))
+    let film = merge(&parts, &plan)?;
+    let facts = facts(&parts, film.passes())?;
+    Ok((film, facts))
 }
 
 /// Which part has which block.
@@ -210,9 +212,18 @@ fn add(film: &mut Film, part: &PartFile, blocks: Range<u32>, passes: u32) -> Res
     Ok(())
 }
 
-/// What the first part says about its picture, with the seconds of all parts.
-fn facts(parts: &[PartFile]) -> Result<PictureFacts, Failure> {
+/// What the first part says about its picture, with the passes and the seconds of all parts. No
+/// command repeats a render whose end was decided by the parts.
+fn facts(parts: &[PartFile], passes: u32) -> Result<PictureFacts, Failure> {
     let mut facts: PictureFacts = from_header(&parts[0], &parts[0].header().picture)?;
+    for (name, value) in &mut facts.metadata {
+        if ["passes", "samples"].contains(&name.as_str()) {
+            *value = passes.to_string();
+        }
+    }
+    if passes_of_share(&parts[0])?.is_none() {
+        facts.metadata.retain(|(name, _)| name != "command");
+    }
     let mut seconds = 0.0;
     for part in parts {
         let state: RunState = from_header(part, &part.header().state)?;

@@ -8,4 +8,4 @@ mod shard;
 
 pub(crate) use checkpoint::{Resumed, open_checkpoint};
 pub(crate) use merge::{blocks_of, merge_parts};
-pub(crate) use shard::write_share;
+pub(crate) use shard::render_share;

@@ -1,9 +1,11 @@
 //! Pictures that are made of the layers of another picture, without a render.
 
-use super::{DENOISED_GROUP, GROUP_VARIANCE, RGB, full_name};
+use super::{DENOISED_GROUP, GROUP_VARIANCE, RGB};
 use manylight::film::Layer;
-use manylight_io::image::{ImageLayer, LayeredImage, is_combined, light_group};
-use manylight_lab::noise::{BLOCK_ERROR, ERROR, NOISY};
+use manylight_io::image::{
+    ImageLayer, LayeredImage, full_name, is_combined, last_part, light_group,
+};
+use manylight_lab::noise::{BLOCK_ERROR, BLOCK_VARIANCE, ERROR, NOISY, VARIANCE};
 
 /// The picture with these layers and metadata, with the size, place and camera of `image`.
 pub(crate) fn derived_image(
@@ -54,7 +56,7 @@ pub(crate) fn picture_name(image: &LayeredImage) -> &str {
 }
 
 /// The last part of the name of a layer, and what stands before it.
-pub(crate) fn last_part(layer: &str) -> (&str, &str) {
+pub(crate) fn split_last_part(layer: &str) -> (&str, &str) {
     match layer.rfind('.') {
         Some(dot) => (&layer[dot + 1..], &layer[..=dot]),
         None => (layer, ""),
@@ -71,13 +73,13 @@ pub(crate) fn layers_without_light(image: &LayeredImage) -> impl Iterator<Item =
 }
 
 fn depends_on_light(name: &str) -> bool {
-    let (last, _) = last_part(name);
+    let last = last_part(name);
     let of_picture = [
         "",
         "Combined",
         NOISY,
-        "variance",
-        "block_variance",
+        VARIANCE,
+        BLOCK_VARIANCE,
         ERROR,
         BLOCK_ERROR,
     ];

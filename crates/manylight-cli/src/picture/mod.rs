@@ -13,8 +13,8 @@ mod facts;
 mod layer_names;
 
 pub(crate) use derived::{
-    color_layer, derived_image, last_part, layers_without_light, metadata_without_noise,
-    picture_layer, picture_name, planes,
+    color_layer, derived_image, layers_without_light, metadata_without_noise, picture_layer,
+    picture_name, planes, split_last_part,
 };
 pub(crate) use facts::PictureFacts;
 
@@ -22,13 +22,16 @@ use crate::args::FileArgs;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::AovNames;
+use crate::stated_error;
 use manylight::film::{ErrorBars, Film, IdLayer, Layer};
 use manylight::image::Image;
 use manylight_denoise::DenoisedImage;
 use manylight_io::image::{
-    Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, write_image,
+    Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, full_name,
+    write_image,
 };
-use manylight_lab::noise::{self, BLOCK_ERROR, ERROR, NOISY};
+use manylight_lab::noise::{self, BLOCK_ERROR, BLOCK_VARIANCE, ERROR, NOISY, VARIANCE};
+use std::cell::LazyCell;
 use std::path::PathBuf;
 
 pub(crate) const RGB: &[&str] = &["R", "G", "B"];
@@ -62,17 +65,17 @@ impl PictureSource<'_> {
         args: &FileArgs,
         interrupt: &Interrupt,
     ) -> Result<(), Failure> {
-        let plain = self.picture(AovNames::Manylight);
-        // Only EXR files have layers with names.
-        let renamed = match args.aov_names {
-            AovNames::Manylight => None,
-            other => Some(self.picture(other)),
-        };
+        let plain = LazyCell::new(|| self.picture(AovNames::Manylight));
+        let renamed = LazyCell::new(|| self.picture(args.aov_names));
         let write = |path: &PathBuf| -> Result<(), Failure> {
-            let is_exr = ImageFormat::from_path(path)? == ImageFormat::Exr;
-            let picture = renamed.as_ref().filter(|_| is_exr).unwrap_or(&plain);
+            // Only EXR files have layers with names.
+            let picture = match (ImageFormat::from_path(path)?, args.aov_names) {
+                (_, AovNames::Manylight) => &*plain,
+                (ImageFormat::Exr, _) => &*renamed,
+                _ => &*plain,
+            };
             let _complete_file = interrupt.writing();
-            Ok(write_image(path, picture, args.display())?)
+            Ok(write_image(path, picture, args.tone.display())?)
         };
         let results: Vec<Result<(), Failure>> = outputs.iter().map(write).collect();
         results.into_iter().collect()
@@ -91,6 +94,11 @@ impl PictureSource<'_> {
         let mut layers = film_layers(&named, self.bars, naming);
         let mut metadata = self.facts.metadata.clone();
         metadata.extend(noise::metadata(film));
+        metadata.extend(
+            self.bars
+                .iter()
+                .flat_map(|bars| stated_error::metadata(&bars.stated)),
+        );
         for &layer in film.id_layers() {
             let matte = matte(film, layer, self.facts.names(layer), naming);
             layers.extend(matte.layers);
@@ -161,8 +169,8 @@ pub(crate) fn film_layers(
             }
         }
         if layer == Layer::Beauty {
-            push("variance", RGB, &film.variance());
-            push("block_variance", RGB, &film.block_variance());
+            push(VARIANCE, RGB, &film.variance());
+            push(BLOCK_VARIANCE, RGB, &film.block_variance());
             if let Some(bars) = bars {
                 push(ERROR, RGB, &bars.pixels);
                 push(BLOCK_ERROR, RGB, &bars.blocks);
@@ -217,14 +225,6 @@ pub(crate) fn channel_count(layers: &[Layer], id_layers: &[IdLayer]) -> usize {
     // The variances and error bars of the image, of its pixels and of its blocks.
     let of_variances = 4 * RGB.len();
     of_layers + of_variances + id_layers.len() * Cryptomatte::CHANNELS
-}
-
-/// The name of a channel with that of its layer.
-pub(crate) fn full_name(layer: &str, channel: &str) -> String {
-    match layer {
-        "" => channel.to_string(),
-        _ => format!("{layer}.{channel}"),
-    }
 }
 
 pub(crate) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {

@@ -107,7 +107,12 @@ fn the_preview_works_in_a_browser() {
     served.end().0.code(0);
     let progress = dom.split("id=\"progress\"").nth(1).unwrap_or(&dom);
     let progress = progress.split("</p>").next().unwrap_or(progress);
-    for word in ["<b class=\"\">done</b>", "pass ", "of 15 s", "noise "] {
+    for word in [
+        "<b class=\"\">done</b>",
+        "pass ",
+        "of 15 s",
+        "error at most ",
+    ] {
         assert!(progress.contains(word), "{word}: {progress}, {console}");
     }
     for layer in ["image", "emission", "direct", "albedo", "normal", "depth"] {

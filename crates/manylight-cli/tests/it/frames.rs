@@ -142,6 +142,20 @@ fn wrong_cameras_and_frames_are_refused() {
     );
 }
 
+#[test]
+fn frames_do_not_replace_files_of_the_scene() {
+    let folder = walk();
+    let (scene, part) = (folder.path("scene.xml"), folder.path("room.0002.png"));
+    std::fs::rename(&scene, &part).unwrap();
+    let include = r#"<scene version="3.0.0"><include filename="room.0002.png"/></scene>"#;
+    std::fs::write(scene, include).unwrap();
+    folder
+        .run("render scene.xml --cameras walk.json -o room.png -q")
+        .code(2)
+        .says(&["room.0002.png is a file of the scene"]);
+    assert_eq!(std::fs::read_to_string(part).unwrap(), BOX);
+}
+
 /// Frames of a camera that moves in small steps.
 fn steps() -> Folder {
     let folder = Folder::new(BOX);
@@ -203,7 +217,7 @@ fn frames_that_cannot_be_averaged_are_refused() {
     render("--aov position --frames 2 --size 8x6 -o size-#.exr");
     let before = folder.files();
     for (words, code, says) in [
-        ("none-#.exr -o a.png", 2, &["none-#.exr"][..]),
+        ("none-#.exr -o a.png", 2, &["none-1.exr"][..]),
         ("nowhere/a-#.exr -o a.png", 4, &["nowhere"]),
         (
             "plain-#.exr -o a.png",

@@ -131,6 +131,10 @@ fn a_relit_picture_is_that_of_other_emitters() {
         .run("relight a.exr -g key=0.25 -g fill=4 -o relit.exr -o relit.png -q")
         .code(0);
     assert!(folder.path("relit.png").exists());
+    folder
+        .run("relight a.exr -g key=0.25 -o a.exr -q")
+        .code(2)
+        .says(&["a.exr is the picture with the light groups"]);
     std::fs::write(folder.path("scene.xml"), lamps(0.25, 4.0)).unwrap();
     render("b.exr", 2);
     let [relit, rendered] = ["relit.exr", "b.exr"].map(|name| picture(&folder, name));

@@ -70,12 +70,20 @@ fn merged_shares_have_the_bits_of_one_run() {
             "scene.sha256",
             "settings.seed",
             "variance_of_mean",
+            "error.at_most",
         ] {
             assert!(
                 value(&whole, key).is_some() && value(&merged, key) == value(&whole, key),
                 "{key}"
             );
         }
+        let command = value(&merged, "command").unwrap();
+        let words = command.strip_prefix("manylight ").unwrap();
+        folder.run(&format!("{words} -o again.exr -q")).code(0);
+        assert!(
+            channels(&folder, "again.exr") == channels(&folder, "whole.exr"),
+            "{command}"
+        );
     }
 }
 

@@ -167,6 +167,14 @@ pub fn light_group(layer: &str) -> Option<&str> {
     last_part(layer).strip_prefix(LIGHT_GROUP)
 }
 
+/// The name of a channel with that of its layer.
+pub fn full_name(layer: &str, channel: &str) -> String {
+    match layer {
+        "" => channel.to_owned(),
+        _ => format!("{layer}.{channel}"),
+    }
+}
+
 /// The last part of the name of a layer or channel: `R` of `ViewLayer.Combined.R`.
 pub fn last_part(name: &str) -> &str {
     name.rfind('.').map_or(name, |dot| &name[dot + 1..])

@@ -25,8 +25,8 @@ mod tests;
 pub use cryptomatte::Cryptomatte;
 pub(crate) use finite::{NotFinite, make_finite};
 pub use layered::{
-    ImageCamera, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, interleave, is_combined,
-    last_part, light_group,
+    ImageCamera, ImageLayer, ImageWindow, LIGHT_GROUP, LayeredImage, full_name, interleave,
+    is_combined, last_part, light_group,
 };
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use view::{DisplayTransform, View};

@@ -1,7 +1,7 @@
 //! The channels of an image that a comparison needs.
 
 use super::layers::{self, Found, NotFound};
-use crate::noise::{self, BLOCK_ERROR, ERROR, MeanNoise, NOISY};
+use crate::noise::{self, BLOCK_ERROR, BLOCK_VARIANCE, ERROR, MeanNoise, NOISY, VARIANCE};
 use manylight_io::image::LayeredImage;
 use std::fmt;
 
@@ -136,8 +136,8 @@ impl ComparisonImage {
             width: picture.width,
             height: picture.height,
             rgb: found.rgb(),
-            variance: beside("variance").filter(|v| has_variance && known(v)),
-            correlation: match beside("block_variance") {
+            variance: beside(VARIANCE).filter(|v| has_variance && known(v)),
+            correlation: match beside(BLOCK_VARIANCE) {
                 _ if denoised && !has_variance => NoiseCorrelation::Unknown,
                 None => NoiseCorrelation::None,
                 Some(blocks) => match noise::read(picture) {

@@ -284,7 +284,7 @@
       parts.push(info.seconds ? `${timeText(picture.seconds)} of ${timeText(info.seconds)}` : timeText(picture.seconds));
       if (picture.error !== null) {
         const target = info.error ? ` (target ${percentText(info.error)})` : "";
-        parts.push(`noise ${percentText(picture.error)}${target}`);
+        parts.push(`error at most ${percentText(picture.error)}${target}`);
       }
     }
     const isDone = picture !== null && isFinal(picture);

@@ -32,7 +32,7 @@ def render(
     *,
     passes: int | None = None,
     time: float | str | None = None,
-    target_error: float | None = None,
+    target_error: float | str | None = None,
     seed: int = default("seed"),
     size: tuple[int, int] | None = None,
     cameras: Cameras | None = None,
@@ -47,7 +47,7 @@ def render(
     Args:
         scene: A scene, or the path of a scene file.
         method: A method, as ``manylight list methods`` names it.
-        passes: Samples per pixel in total; a pass of a many-light method is one sample per pixel. Without ``passes``, ``time`` and
+        passes: Samples per pixel of path tracing, or passes, of several camera paths per pixel. Without ``passes``, ``time`` and
             ``target_error``, a default number.
         time: Seconds, or text such as ``"10m"``; the render stops after the pass that ends closest to it.
         target_error: The render stops when the relative error of the image, denoised if it is, is at most this value with 95 % confidence.

@@ -7,7 +7,7 @@ use crate::frame_files::FrameFiles;
 use crate::kept_lights::ShadingLights;
 use crate::memory::{OtherMemory, check_memory, image_memory, sums_of_render};
 use crate::output::{print_data, print_message};
-use crate::picture::{PictureFacts, PictureSource};
+use crate::picture::PictureSource;
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
@@ -52,7 +52,7 @@ impl Run<'_> {
             let features = session.features(&mut of_frame, interrupt);
             let goal = ProgressGoal {
                 before: Stats::get(&stats.passes),
-                ..ProgressGoal::new(job.budget, display)
+                ..ProgressGoal::new(job.budget, "this frame will not be written", display)
             };
             let outcome =
                 progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
@@ -97,10 +97,7 @@ impl Run<'_> {
         let bars = error_bars(film, denoised.picture.as_ref());
         let mut report: RenderReport = session.report(job, film.passes());
         report.settings.request = &request;
-        report.error = bars.as_ref().map(|bars| bars.stated);
-        let camera = session.scene.camera(job.frame);
-        let metadata = report.metadata();
-        let facts = PictureFacts::new(&session.scene, camera, film.id_layers(), metadata);
+        let facts = session.facts(film, job, &report);
         let source = PictureSource {
             film,
             denoised: denoised.picture.as_ref(),

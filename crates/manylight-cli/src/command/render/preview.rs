@@ -3,14 +3,14 @@
 
 use crate::args::RenderArgs;
 use crate::output::{Console, print_message};
-use crate::picture::{NamedFilm, RGB, channels, full_name, named};
+use crate::picture::{NamedFilm, RGB, channels, named};
 use crate::request::RenderRequest;
 use crate::session::Session;
 use manylight::film::{ErrorBars, Film, Layer};
 use manylight::integrators::{Stage, StageMemory};
 use manylight::render::{Budget, Observer, Outcome, RenderJob, Stats, Stop};
 use manylight_denoise::DenoisedImage;
-use manylight_io::image::ImageLayer;
+use manylight_io::image::{ImageLayer, full_name};
 use manylight_lab::noise::NOISY;
 use manylight_preview::{Picture, Preview, Progress, RenderInfo, RenderState};
 use std::ops::ControlFlow;
@@ -158,7 +158,7 @@ fn snapshot(named: NamedFilm, elapsed: Duration, state: RenderState, stats: &Sta
         progress: Progress {
             passes: film.passes(),
             seconds: elapsed.as_secs_f64(),
-            error: bars.map(|bars| bars.stated.pixels),
+            error: bars.map(|bars| bars.stated.at_most),
             state,
         },
     };

@@ -3,20 +3,18 @@
 use super::Run;
 use crate::failure::Failure;
 use crate::kept_lights::ShadingLights;
-use crate::memory::{OtherMemory, check_memory};
 use crate::output::print_message;
-use crate::part::write_share;
+use crate::part::render_share;
 use crate::progress::{self, ProgressGoal};
 use crate::values::Shard;
 use manylight::film::blocks::{BLOCK_STEP, block_count, passes_of_block};
-use manylight::render::{Budget, RenderJob, render_blocks};
+use manylight::render::{Budget, RenderJob};
 use manylight_lab::text::plural;
 
 impl Run<'_> {
     /// Renders a share of the blocks. Nothing is written if it is interrupted.
     pub(super) fn share(&self, shard: Shard) -> Result<u8, Failure> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
-        let (request, pool, stats) = (&session.request, &session.pool, &session.stats);
         self.check_share(shard)?;
         self.choose(None)?;
         let lights = ShadingLights::of(session, interrupt)?;
@@ -27,25 +25,28 @@ impl Run<'_> {
         let passes = job.budget.passes.unwrap_or_default();
         let count = block_count(passes, job.block);
         let blocks = shard.range(count);
-        let other = OtherMemory::of_part(&blocks);
-        pool.install(|| check_memory(request.memory_limit, &job, other))?;
         let own_passes = blocks
             .clone()
             .map(|block| passes_of_block(block, job.block, passes));
         let own_passes = own_passes.map(|range| range.len() as u32).sum();
-        let goal = ProgressGoal::new(Budget::passes(own_passes), display);
-        let rendered = progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
-            pool.install(|| render_blocks(&job, blocks, stats, interrupt.cancel(), observer))
-        });
+        let goal = ProgressGoal::new(
+            Budget::passes(own_passes),
+            "no part will be written",
+            display,
+        );
+        let (cancel, part) = (interrupt.cancel(), &session.request.outputs[0]);
+        let is_written = progress::show(goal, &session.stats, cancel, &self.console, |observer| {
+            render_share(session, &job, blocks, part, interrupt, observer)
+        })?;
         self.warn_of_samples();
-        let Some(sums) = rendered else {
+        if !is_written {
             print_message("interrupted: no part was written");
             return self.exit_code();
-        };
-        write_share(session, &job, &request.outputs[0], &sums, interrupt)?;
+        }
         super::finish(&session.report(&job, own_passes), display)?;
         self.exit_code()
     }
+
     /// Checks that every share of the render has a block, so that all shares answer alike.
     fn check_share(&self, shard: Shard) -> Result<(), Failure> {
         // What was asked for: path tracing takes more passes in larger blocks, but as many blocks.

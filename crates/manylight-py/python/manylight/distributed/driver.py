@@ -27,7 +27,7 @@ def render(
     folder: str | os.PathLike[str] | None = None,
     passes: int | None = None,
     time: float | str | None = None,
-    target_error: float | None = None,
+    target_error: float | str | None = None,
     method: str = default("method"),
     block: int = default("block"),
     shares: int | None = None,
@@ -49,7 +49,7 @@ def render(
         passes: Samples per pixel in total. Default: as for `manylight.render`.
         time: Seconds, or text such as ``"10m"``. The render goes in rounds (`manylight.distributed.rounds`), and ends with the wave of
             blocks (one per worker) that ends closest to this time.
-        target_error: Relative error of the image at which the render ends, after a round.
+        target_error: Relative error of the image at which the render ends, after a round: a number, or text such as ``"2%"``.
         method: As for `manylight.render`.
         block: Passes of a block, a multiple of 8. Another block changes the rounding.
         shares: Shares of the render, or of a round, at most the number of blocks. Default: four per worker, and at least one per four

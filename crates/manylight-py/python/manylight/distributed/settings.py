@@ -1,15 +1,15 @@
 """Checks of the settings of a render, before anything is sent."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import manylight as ml
-from manylight._native import pass_limit, seconds
+from manylight._native import pass_limit, relative_error, seconds
 
 #: Options of `manylight.render` that need the whole image.
-_NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks")
+_NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks", "lights_out")
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Goal:
     target_error: float | None
 
 
-def goal_of(passes: int | None, time: float | str | None, target_error: float | None) -> Goal:
+def goal_of(passes: int | None, time: float | str | None, target_error: float | str | None) -> Goal:
     """When the render ends. Raises UsageError."""
     open_ended = time is not None or target_error is not None
     if passes is not None and open_ended:
@@ -30,9 +30,11 @@ def goal_of(passes: int | None, time: float | str | None, target_error: float | 
         passes = pass_limit([])
     if passes is not None and not (_is_integer(passes) and passes >= 1):
         raise ml.UsageError(f"passes: found {passes!r}, expected an integer from 1 on")
-    if target_error is not None and not (_is_number(target_error) and 0 < target_error < math.inf):
-        raise ml.UsageError(f"target_error: found {target_error!r}, expected a number above 0")
-    return Goal(passes, None if time is None else _seconds(time), target_error)
+    return Goal(
+        passes,
+        None if time is None else _seconds(time),
+        None if target_error is None else _relative_error(target_error),
+    )
 
 
 def check(block: int, shares: int | None, retries: int, options: Mapping[str, Any]) -> None:
@@ -69,10 +71,22 @@ def _is_number(value: Any) -> bool:
 def _seconds(time: float | str) -> float:
     """Seconds of a number, or of a text as the command takes it."""
     if isinstance(time, str):
-        try:
-            return seconds(time)
-        except ml.UsageError as error:
-            raise ml.UsageError(f"time: {error.message}", suggestion=error.suggestion) from None
+        return _parsed("time", seconds, time)
     if not (_is_number(time) and 0 < time < math.inf):
         raise ml.UsageError(f"time: found {time!r}, expected seconds above 0, or a text such as '60s', '10m', '1h'")
     return float(time)
+
+
+def _relative_error(error: float | str) -> float:
+    """A relative error of a number, or of a text as the command takes it."""
+    if not (isinstance(error, str) or _is_number(error)):
+        raise ml.UsageError(f"target_error: found {error!r}, expected a number such as 0.02, or '2%'")
+    return _parsed("target_error", relative_error, error if isinstance(error, str) else repr(float(error)))
+
+
+def _parsed(name: str, parse: Callable[[str], float], text: str) -> float:
+    """The number that ``parse`` finds in the text of an option."""
+    try:
+        return parse(text)
+    except ml.UsageError as error:
+        raise ml.UsageError(f"{name}: {error.message}", suggestion=error.suggestion) from None
