@@ -504,7 +504,7 @@ def test_rounds_go_on_with_the_blocks_of_an_earlier_call(scene, two, tmp_path):
         ({"time": -1}, "time: found -1"),
         ({"target_error": 0}, "target_error: found '0.0'"),
         ({"target_error": 2}, "target_error: found '2.0'"),
-        ({"target_error": [0.1]}, "target_error: found [0.1]"),
+        ({"target_error": [0.1]}, "target_error: found .0.1., expected a number such as"),
         ({"lights_out": "room.lights"}, "lights_out: does not go"),
         ({"block": 12}, "block: found 12"),
         ({"shares": 0}, "shares: found 0"),
