@@ -295,6 +295,20 @@ impl ManyLight {
     }
 }
 
+/// Virtual lights per pass. With 1024 and 2048 instead, relMSE after Open Image Denoise is 1.14 and
+/// 1.29 times as large at equal time (six scenes, 20 s; docs/measurements/many_light.md). A pre-pass
+/// takes fewer where they suffice.
+const LIGHTS: u32 = 512;
+/// Photon paths per pass: 512 per light. With half and twice as many (2 passes of 128 lights and
+/// 65 536 paths at 72x40, 4 seeds; Kitchen, Glossy Room, U-Shape): relMSE +12 and +1 % (standard
+/// error 4 %).
+const PHOTON_PATHS: u32 = 262_144;
+/// Importon paths per pass. With half and twice as many (likewise): relMSE -0.3 and +2.5 %
+/// (standard error 4 %).
+const IMPORTON_PATHS: u32 = 32_768;
+/// Nearest photons of a light under [`FluxRule::Density`]. With half and twice as many (likewise):
+/// relMSE -1.3 and +2.6 % (standard error 6 %).
+const NEIGHBORS: u32 = 100;
 /// Virtual lights per pass for lightcuts: 32 times those of a sum over all lights, since a cut
 /// grows slowly with the number of lights. In the Glossy Room a thousand times as many lights take
 /// seven to eight times as long per point (docs/measurements/performance.md); at this rate, 32
@@ -345,12 +359,12 @@ impl ManyLight {
     /// Rich-VPLs: importance placement, partition of flux, tables, discs.
     pub fn rich_vpl() -> Self {
         ManyLight {
-            light_count: 512,
-            photon_paths: 262_144,
-            importon_paths: 32_768,
+            light_count: LIGHTS,
+            photon_paths: PHOTON_PATHS,
+            importon_paths: IMPORTON_PATHS,
             placement: Placement::Importance,
             flux: FluxRule::Partition,
-            neighbors: 100,
+            neighbors: NEIGHBORS,
             emission: EmissionKind::TABLE,
             kernel: Kernel::Disc,
             strategy: Strategy::All,
