@@ -225,6 +225,12 @@ def test_parts_merge_to_one_run(room, tmp_path):
         assert np.array_equal(layer, merged.layers[name]), name
 
 
+@pytest.mark.parametrize("option", [{"checkpoint": "a.part"}, {"resume": "a.part"}, {"lights_out": "a.lights", "method": "rich-vpl"}])
+def test_options_of_whole_pictures_are_refused_in_parts(room, tmp_path, option):
+    with pytest.raises(ml.UsageError, match=f"{next(iter(option))}: a part"):
+        ml.render_part(room, tmp_path / "1.part", shard=(1, 1), **{"method": "path", "size": (8, 6), "passes": 8, **option})
+
+
 def test_a_render_without_end_has_the_passes_of_its_parts(room, tmp_path):
     settings = {"method": "path", "size": (24, 16), "block": 8}
     paths = [tmp_path / f"{i}.part" for i in range(3)]

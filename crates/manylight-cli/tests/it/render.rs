@@ -240,3 +240,12 @@ fn progress_as_json_lines() {
     );
     assert_eq!(last["fraction"], 1.0);
 }
+
+#[test]
+fn all_camera_paths_of_virtual_lights_are_counted() {
+    let folder = Folder::new(BOX);
+    let words = "render scene.xml -m rich-vpl -n 16 --photons 2000 --passes 2 -o a.png --json -q";
+    let report = folder.run(words).code(0).json();
+    // Four paths of a pixel gather; each has three beside it that look for emitters alone.
+    assert_eq!(report["counts"]["camera_paths"], 2 * 192 * 16);
+}
