@@ -30,7 +30,9 @@ const SHOWN: &[(&str, Option<&str>)] = &[
     ("denoise", Some("Denoise the image at the end")),
     (
         "passes",
-        Some("Samples per pixel. Default: 16, or no limit with --time or --target-error"),
+        Some(
+            "Passes, or path samples per pixel. Default: 16, or no limit with --time or --target-error",
+        ),
     ),
     ("time", Some("Stop after this time, such as 60s, 10m, 1h")),
     ("target_error", None),
