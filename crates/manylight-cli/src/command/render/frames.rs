@@ -2,6 +2,7 @@
 
 use super::Run;
 use crate::args::FrameArgs;
+use crate::denoiser::Denoised;
 use crate::failure::Failure;
 use crate::frame_files::FrameFiles;
 use crate::kept_lights::ShadingLights;
@@ -65,12 +66,11 @@ impl Run<'_> {
                 ));
                 break;
             }
-            passes = outcome.film.passes();
-            written.extend(self.write_frame(
-                (frame, &of_frame),
-                &outcome.film,
-                (oidn, features),
-            )?);
+            let film = &outcome.film;
+            let denoised = session.denoise(oidn, film, features.as_ref(), interrupt);
+            denoised.warn_if_interrupted();
+            passes = film.passes();
+            written.extend(self.write_frame(&of_frame, film, denoised)?);
         }
         self.warn_of_samples();
         if display.json {
@@ -83,16 +83,15 @@ impl Run<'_> {
         self.exit_code()
     }
 
-    /// Denoises and writes a frame. Returns its files.
+    /// Writes the frame of `job`. Returns its files.
     fn write_frame(
         &self,
-        (frame, job): (u32, &RenderJob),
+        job: &RenderJob,
         film: &Film,
-        (oidn, features): (Option<&Oidn>, Option<Film>),
+        denoised: Denoised,
     ) -> Result<Vec<PathBuf>, Failure> {
         let (session, interrupt) = (&self.session, self.interrupt);
-        let denoised = session.denoise(oidn, film, features.as_ref(), interrupt);
-        denoised.warn_if_interrupted();
+        let frame = job.frame.map_or(1, |index| index + 1);
         let request = of_frame(session, frame);
         let bars = error_bars(film, denoised.picture.as_ref());
         let mut report: RenderReport = session.report(job, film.passes());
