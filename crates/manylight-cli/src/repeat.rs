@@ -139,8 +139,7 @@ pub(crate) fn command_line(
     choice: Option<&Choice>,
     passes: u32,
 ) -> String {
-    let mut words = vec!["manylight".to_owned(), "render".into()];
-    words.push(request.scene.display().to_string());
+    let mut words = first_words(request);
     let mut add = |name: &str, value: Value| words.extend(option_words(name, value));
     let method = choice.map_or(request.paths.method.name, choice::repeating_method);
     // Lights that are kept have a method and settings of their own.
@@ -172,14 +171,12 @@ pub(crate) fn command_line(
     for path in &request.outputs {
         add("output", path.display().to_string().into());
     }
-    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    words.join(" ")
+    in_a_line(&words)
 }
 
 /// The command that renders the same picture by path tracing to `reference.exr`.
 pub(crate) fn reference_command(request: &RenderRequest) -> String {
-    let mut words = vec!["manylight".to_owned(), "render".into()];
-    words.push(request.scene.display().to_string());
+    let mut words = first_words(request);
     words.extend(["-m", "path", "--spp", "256"].map(str::to_owned));
     let groups = [
         written(&request.paths),
@@ -193,6 +190,17 @@ pub(crate) fn reference_command(request: &RenderRequest) -> String {
         }
     }
     words.extend(["-o", "reference.exr"].map(str::to_owned));
+    in_a_line(&words)
+}
+
+/// The words of a command that renders the scene of `request`, without its options.
+fn first_words(request: &RenderRequest) -> Vec<String> {
+    let scene = request.scene.display().to_string();
+    vec!["manylight".into(), "render".into(), scene]
+}
+
+/// A command as a shell takes it.
+fn in_a_line(words: &[String]) -> String {
     let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
     words.join(" ")
 }

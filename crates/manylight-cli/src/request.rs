@@ -14,7 +14,7 @@ use manylight::render::Budget;
 use manylight::scene::PathLimits;
 use manylight::sensors::SensorDesc;
 use manylight_io::image::ImageFormat;
-use manylight_io::{LoadOptions, SCENE_EXTENSIONS, shown_path};
+use manylight_io::{LoadOptions, SCENE_EXTENSIONS, is_same_file, shown_path};
 use manylight_lab::text::plural;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -385,6 +385,22 @@ pub(crate) fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Refuses to replace one of `inputs`, which is `what`, by an output.
+pub(crate) fn check_keeps(
+    inputs: &[PathBuf],
+    outputs: &[PathBuf],
+    what: &str,
+) -> Result<(), Failure> {
+    let is_input = |output: &&PathBuf| inputs.iter().any(|input| is_same_file(output, input));
+    match outputs.iter().find(is_input) {
+        None => Ok(()),
+        Some(output) => Err(Failure::usage(
+            format!("{} is {what} would replace", shown_path(output)),
+            "write to a file of another name",
+        )),
+    }
 }
 
 #[cfg(test)]

@@ -146,18 +146,17 @@ fn distinct_warnings(loaded: &LoadedScene) -> Vec<String> {
 /// The scene is invalid, or has no such camera or light groups.
 pub(crate) fn build_scene(
     request: &RenderRequest,
-    mut desc: SceneDesc,
+    desc: SceneDesc,
     pool: &ThreadPool,
     stats: &Stats,
 ) -> Result<Scene, Failure> {
     let mut camera = request.camera(&desc.sensors)?;
     let motion = std::mem::take(&mut camera.motion);
-    desc.sensors = vec![camera.clone()];
     let names = request
         .picture
         .has_light_groups()
         .then(|| LightGroupNames::of(&desc));
-    let scene = stats.time("build", || pool.install(|| Scene::build(desc, 0)));
+    let scene = seen_by(&camera, desc, pool, stats);
     let mut scene = scene.map_err(|error| scene_failure(&request.scene, error.message))?;
     if let Some(names) = names {
         scene.set_light_groups(&named(&request.picture, &names)?);
@@ -166,6 +165,20 @@ pub(crate) fn build_scene(
     let frames = frame_cameras(request, &camera, motion)?;
     set_frames(&mut scene, request, frames)?;
     Ok(scene)
+}
+
+/// Builds a scene that `camera` alone sees.
+pub(crate) fn seen_by(
+    camera: &SensorDesc,
+    desc: SceneDesc,
+    pool: &ThreadPool,
+    stats: &Stats,
+) -> Result<Scene, SceneError> {
+    let desc = SceneDesc {
+        sensors: vec![camera.clone()],
+        ..desc
+    };
+    stats.time("build", || pool.install(|| Scene::build(desc, 0)))
 }
 
 /// The cameras of a walkthrough: those of the file that `request` names, or those of `motion`, the

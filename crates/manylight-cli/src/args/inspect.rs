@@ -133,7 +133,8 @@ pub(crate) enum Listing {
     Sensors,
     /// Reconstruction filters.
     Filters,
-    /// Integrators of scene files; only their limits of paths, and whether they hide emitters, are used.
+    /// Integrators of scene files; only their limits of paths are used, and whether they hide
+    /// emitters.
     Integrators,
 }
 

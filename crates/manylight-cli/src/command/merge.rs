@@ -7,10 +7,10 @@ use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
 use crate::part::merge_parts;
 use crate::picture::PictureSource;
-use crate::request::check_formats;
+use crate::request::{check_formats, check_keeps};
 use crate::stated_error::{error_bars, sentence, to_json};
 use manylight::film::{Film, StatedError};
-use manylight_io::{check_replaceable, is_same_file, shown_path};
+use manylight_io::{check_replaceable, shown_path};
 use serde_json::json;
 
 /// Version of the shape of the JSON object.
@@ -22,17 +22,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<u8, Failure> {
     args.outputs
         .iter()
         .try_for_each(|path| check_replaceable(path))?;
-    for output in &args.outputs {
-        if args.parts.iter().any(|part| is_same_file(output, part)) {
-            return Err(Failure::usage(
-                format!(
-                    "{} is a part, which the image would replace",
-                    shown_path(output)
-                ),
-                "write to a file of another name",
-            ));
-        }
-    }
+    check_keeps(&args.parts, &args.outputs, "a part, which the image")?;
     let oidn = open_denoiser(&args.denoise, None)?;
     let interrupt = Interrupt::install()?;
     let (film, facts) = merge_parts(&args.parts)?;

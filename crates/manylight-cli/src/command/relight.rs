@@ -5,9 +5,9 @@ use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::{print_data, print_message};
 use crate::relight::{RelitContent, relight};
-use crate::request::{check_formats, have_layers};
+use crate::request::{check_formats, check_keeps, have_layers};
 use manylight_io::image::{read_layered_image, write_image};
-use manylight_io::{check_replaceable, is_same_file, shown_path};
+use manylight_io::{check_replaceable, shown_path};
 use serde_json::{Map, Value, json};
 
 /// Version of the shape of the JSON object.
@@ -18,15 +18,9 @@ pub(crate) fn run(args: &RelightArgs) -> Result<u8, Failure> {
     let files = &args.derived;
     check_formats(&files.outputs)?;
     (files.outputs.iter()).try_for_each(|path| check_replaceable(path))?;
-    if let Some(output) = (files.outputs.iter()).find(|path| is_same_file(path, &args.image)) {
-        return Err(Failure::usage(
-            format!(
-                "{} is the picture with the light groups, which the result would replace",
-                shown_path(output)
-            ),
-            "write to a file of another name",
-        ));
-    }
+    let inputs = std::slice::from_ref(&args.image);
+    let what = "the picture with the light groups, which the result";
+    check_keeps(inputs, &files.outputs, what)?;
     let interrupt = Interrupt::install()?;
     let image = read_layered_image(&args.image)?;
     let content = match have_layers(&files.outputs) {

@@ -5,7 +5,9 @@ use crate::failure::Failure;
 use crate::kept_lights::request_with_lights;
 use crate::light_groups::{check_groups, named};
 use crate::request::RenderRequest;
-use crate::session::{SceneFile, Session, frame_cameras, scene_failure, set_frames, thread_pool};
+use crate::session::{
+    SceneFile, Session, frame_cameras, scene_failure, seen_by, set_frames, thread_pool,
+};
 use crate::usage::render_args;
 use manylight::render::Stats;
 use manylight::scene::{LightGroupNames, Scene, SceneDesc};
@@ -123,12 +125,7 @@ impl HeldScene {
         let groups = groups.transpose()?;
         let mut content = self.content.lock().unwrap_or_else(PoisonError::into_inner);
         if let Content::Described(desc) = &mut *content {
-            let desc = SceneDesc {
-                sensors: vec![camera.clone()],
-                ..*std::mem::take(desc)
-            };
-            let built = stats.time("build", || pool.install(|| Scene::build(desc, 0)));
-            *content = match built {
+            *content = match seen_by(&camera, *std::mem::take(desc), pool, stats) {
                 Ok(scene) => Content::Built(Arc::new(scene)),
                 Err(error) => Content::Invalid(error.message),
             };

@@ -212,8 +212,8 @@ fn add(film: &mut Film, part: &PartFile, blocks: Range<u32>, passes: u32) -> Res
     Ok(())
 }
 
-/// What the first part says about its picture, with the passes and the seconds of all parts. No
-/// command repeats a render whose end was decided by the parts.
+/// What the first part says about its picture, with the passes and the seconds of all parts. The
+/// command is left out if it names no number of passes.
 fn facts(parts: &[PartFile], passes: u32) -> Result<PictureFacts, Failure> {
     let mut facts: PictureFacts = from_header(&parts[0], &parts[0].header().picture)?;
     for (name, value) in &mut facts.metadata {

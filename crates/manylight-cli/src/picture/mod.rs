@@ -69,9 +69,8 @@ impl PictureSource<'_> {
         let renamed = LazyCell::new(|| self.picture(args.aov_names));
         let write = |path: &PathBuf| -> Result<(), Failure> {
             // Only EXR files have layers with names.
-            let picture = match (ImageFormat::from_path(path)?, args.aov_names) {
-                (_, AovNames::Manylight) => &*plain,
-                (ImageFormat::Exr, _) => &*renamed,
+            let picture = match ImageFormat::from_path(path)? {
+                ImageFormat::Exr if args.aov_names != AovNames::Manylight => &*renamed,
                 _ => &*plain,
             };
             let _complete_file = interrupt.writing();

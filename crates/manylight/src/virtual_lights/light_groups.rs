@@ -1,6 +1,6 @@
-//! Virtual lights of light groups: each group has its own lights, which represent its photons alone.
-//! Lights are placed for all groups together; what depends on neighbors is done group by group. Where
-//! groups are not told apart, all photons are of one.
+//! Virtual lights of light groups: each group has its own lights, which represent its photons
+//! alone. Lights are placed for all groups together; what depends on neighbors is done group by
+//! group. Where groups are not told apart, all photons are of one.
 
 use super::assign::assign;
 use super::candidates::Candidates;

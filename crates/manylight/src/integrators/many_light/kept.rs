@@ -178,7 +178,6 @@ fn with_effort<E: From<InvalidArray>>(
             method.photon_paths.max(MAX_GROUP_PHOTON_PATHS),
         ),
         (emitter_samples, MAX_EMITTER_SAMPLES),
-        (camera_paths, MAX_CAMERA_PATHS),
     ];
     if let Some((found, most)) = most
         .into_iter()
@@ -188,7 +187,9 @@ fn with_effort<E: From<InvalidArray>>(
         return Err(InvalidArray::new(EFFORT[0], message).into());
     }
     if !are_camera_paths(camera_paths) {
-        let message = format!("found {camera_paths} camera paths, expected a power of two");
+        let message = format!(
+            "found {camera_paths} camera paths, expected a power of two up to {MAX_CAMERA_PATHS}"
+        );
         return Err(InvalidArray::new(EFFORT[0], message).into());
     }
     let [roulette] = read_floats(EFFORT[1], 1, read)?[..] else {
