@@ -85,11 +85,11 @@ impl<'a> BlockTexels<'a> {
         self.words.len() == WORDS * (usize::from(last) + 1)
     }
 
-    /// The level and the header of a texel, which is named by 16 times the number of its block along
-    /// the rows, plus its place in the block.
+    /// The level and the header of a texel.
     #[inline(always)]
-    fn fetch(&self, texel: u32) -> u32 {
-        let (block, place) = ((texel >> 4) as usize, texel as usize & 15);
+    pub(super) fn fetch(&self, row: usize, column: usize, side: usize) -> u32 {
+        let block = row / EDGE * blocks_across(side) + column / EDGE;
+        let place = row % EDGE * EDGE + column % EDGE;
         let first = WORDS * usize::from(self.numbers[block.min(self.numbers.len() - 1)]);
         let [low, header, high] = self.words[first..first + WORDS] else {
             return 0;
@@ -98,18 +98,26 @@ impl<'a> BlockTexels<'a> {
         header << LEVEL_BITS | levels >> (LEVEL_BITS as usize * (place & 7)) & 15
     }
 
-    /// The colors of a texel per lane.
+    /// The colors of levels with their headers, as of [`BlockTexels::fetch`].
     #[inline(always)]
-    pub(super) fn colors<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Color<S> {
-        decode(Word::load(s, &s.each(|i| self.fetch(texels.as_ref()[i]))))
+    pub(super) fn colors<S: Width>(words: Word<S>) -> Color<S> {
+        let level = (words & 15).integer() * (1.0 / LEVELS);
+        let offset = (words >> OFFSET & 15).integer() * (1.0 / OFFSETS);
+        let red = (words >> RED & 127).integer() * (1.0 / FRACTIONS);
+        let blue = (words >> BLUE & 127).integer() * (1.0 / FRACTIONS);
+        let unit = power_of_two(words >> EXPONENT, UNIT);
+        let mantissa = (words >> MANTISSA & 31).integer() + MANTISSAS as f32;
+        let largest = mantissa * unit;
+        let sum = largest * (offset + (1.0 - offset) * level);
+        // Rounding must not make green negative.
+        let green = (1.0 - red - blue).max(0.0);
+        Color::new(sum * red, sum * green, sum * blue)
     }
 
     /// The color of texel `t`, row by row.
     pub(super) fn get(&self, t: usize, side: usize) -> Rgb {
-        let (row, column) = (t / side, t % side);
-        let block = row / EDGE * blocks_across(side) + column / EDGE;
-        let place = row % EDGE * EDGE + column % EDGE;
-        self.colors(One, &[(block * 16 + place) as u32]).into()
+        let word = self.fetch(t / side, t % side, side);
+        BlockTexels::colors(Word::splat(One, word)).into()
     }
 }
 
@@ -117,22 +125,6 @@ impl<'a> BlockTexels<'a> {
 #[inline(always)]
 pub(super) fn power_of_two<S: Width>(exponents: Word<S>, unit: i32) -> Float<S> {
     ((exponents + (unit + BIAS) as u32) << 23).to_float()
-}
-
-/// The colors of levels with their headers.
-#[inline(always)]
-fn decode<S: Width>(words: Word<S>) -> Color<S> {
-    let level = (words & 15).integer() * (1.0 / LEVELS);
-    let offset = (words >> OFFSET & 15).integer() * (1.0 / OFFSETS);
-    let red = (words >> RED & 127).integer() * (1.0 / FRACTIONS);
-    let blue = (words >> BLUE & 127).integer() * (1.0 / FRACTIONS);
-    let unit = power_of_two(words >> EXPONENT, UNIT);
-    let mantissa = (words >> MANTISSA & 31).integer() + MANTISSAS as f32;
-    let largest = mantissa * unit;
-    let sum = largest * (offset + (1.0 - offset) * level);
-    // Rounding must not make green negative.
-    let green = (1.0 - red - blue).max(0.0);
-    Color::new(sum * red, sum * green, sum * blue)
 }
 
 /// The table of `texels` in blocks. Channels must be non-negative and at most 32768.

@@ -1,8 +1,8 @@
 //! Bilinear lookups in octahedral tables; see [`crate::math::octahedral`].
 
-use super::table_blocks::EDGE;
-use crate::lanes::{Float, Mask, One, Pair, Vector, Width};
+use crate::lanes::{Float, Mask, One, Pair, Vector, Width, Word};
 use crate::math::Vec3;
+use crate::math::octahedral::wrapped_texel;
 use crate::simd::array;
 
 /// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit
@@ -10,79 +10,91 @@ use crate::simd::array;
 /// the edges of the map, so that the interpolant is continuous.
 #[inline]
 pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
-    let corners = TexelCorners::<One>::of(w.into(), side as f32, Mask::splat(One, true));
+    let cells = Cells::<One>::of(w.into(), side);
+    let [cell] = cells.numbers.store();
+    let corners = corners(cell, side);
     array(|k| {
-        let [texel] = corners.in_rows(k);
-        (texel as usize, corners.weights[k].get())
+        let (row, column) = corners[k];
+        (row * side + column, cells.weights[k].get())
     })
 }
 
-/// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any
-/// value.
-pub(super) struct TexelCorners<S: Width> {
-    /// Rows and columns.
-    places: [(Float<S>, Float<S>); 4],
-    pub(super) weights: [Float<S>; 4],
-    side: f32,
+/// The cells of each lane's direction: squares between four texel centers.
+pub(super) struct Cells<S: Width> {
+    /// Row and column of the first corner, each plus one, in the upper and lower half of a word.
+    numbers: Word<S>,
+    /// Bilinear weights of the corners.
+    weights: [Float<S>; 4],
+    side: usize,
 }
 
-impl<S: Width> TexelCorners<S> {
-    /// The corners for the unit directions `w` on a map of `side`² texels.
+impl<S: Width> Cells<S> {
+    /// The cells of the unit directions `w` on a map of `side`² texels.
     #[inline(always)]
-    pub(super) fn of(w: Vector<S>, side: f32, active: Mask<S>) -> Self {
+    pub(super) fn of(w: Vector<S>, side: usize) -> Self {
         let square = square_from_directions(w);
-        let (x, y) = (square.x * side - 0.5, square.y * side - 0.5);
+        let (x, y) = (square.x * side as f32 - 0.5, square.y * side as f32 - 0.5);
         let (column, row) = (x.floor(), y.floor());
         let (x, y) = (x - column, y - row);
-        let inside = column.min(row).ge(0.0) & column.max(row).lt(side - 1.0);
-        let mut places = [
-            (row, column),
-            (row, column + 1.0),
-            (row + 1.0, column),
-            (row + 1.0, column + 1.0),
-        ];
-        if (active & !inside).any() {
-            for place in &mut places {
-                *place = wrapped_texels(*place, side);
-            }
-        }
-        TexelCorners {
-            places,
+        Cells {
+            numbers: ((row + 1.0).to_word() << 16) + (column + 1.0).to_word(),
             weights: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
             side,
         }
     }
 
-    /// Indices of the texels of corner `k`, row by row.
+    /// The words of the corners with their weights, with `word(row, column)` the word of a texel.
+    /// Inactive lanes hold any word.
+    ///
+    /// Lanes in one cell read its words once: towards a light, most of sixteen neighboring points
+    /// share one or two cells.
     #[inline(always)]
-    pub(super) fn in_rows(&self, k: usize) -> S::Each<u32> {
-        // Indices are exact in floats: tables have fewer than 2²² texels.
-        let (row, column) = self.places[k];
-        let last = self.side * self.side - 1.0;
-        let index = row * self.side + column;
-        index.clamp(0.0, last).to_word().store()
+    pub(super) fn words(
+        &self,
+        active: Mask<S>,
+        word: impl Fn(usize, usize) -> u32,
+    ) -> [(Word<S>, Float<S>); 4] {
+        let s = active.width();
+        let mut words = [Word::splat(s, 0); 4];
+        for (cell, lanes) in self.numbers.groups(active) {
+            let corners = corners(cell, self.side);
+            for k in 0..4 {
+                let (row, column) = corners[k];
+                words[k] = lanes.select_words(Word::splat(s, word(row, column)), words[k]);
+            }
+        }
+        array(|k| (words[k], self.weights[k]))
     }
+}
 
-    /// Indices of the texels of corner `k`, block by block of [`EDGE`]² texels.
-    #[inline(always)]
-    pub(super) fn in_blocks(&self, k: usize) -> S::Each<u32> {
-        const WIDTH: f32 = EDGE as f32;
-        let across = (self.side / WIDTH).ceil();
-        let (row, column) = self.places[k];
-        let (row, column) = (
-            row.clamp(0.0, self.side - 1.0),
-            column.clamp(0.0, self.side - 1.0),
-        );
-        let (block_row, block_column) = (
-            (row * (1.0 / WIDTH)).floor(),
-            (column * (1.0 / WIDTH)).floor(),
-        );
-        let block = block_row * across + block_column;
-        let (row, column) = (row - block_row * WIDTH, column - block_column * WIDTH);
-        (block * (WIDTH * WIDTH) + row * WIDTH + column)
-            .to_word()
-            .store()
+/// Rows and columns of the corners of a cell.
+#[inline(always)]
+fn corners(cell: u32, side: usize) -> [(usize, usize); 4] {
+    // Minus one wraps around, and is then not within the map.
+    let (row, column) = (
+        (cell >> 16).wrapping_sub(1) as usize,
+        (cell & 0xffff).wrapping_sub(1) as usize,
+    );
+    if row < side - 1 && column < side - 1 {
+        return [
+            (row, column),
+            (row, column + 1),
+            (row + 1, column),
+            (row + 1, column + 1),
+        ];
     }
+    corners_across_edge(cell, side)
+}
+
+/// [`corners`] of a cell that an edge of the map crosses.
+#[cold]
+fn corners_across_edge(cell: u32, side: usize) -> [(usize, usize); 4] {
+    let (row, column) = ((cell >> 16) as i32 - 1, (cell & 0xffff) as i32 - 1);
+    array(|k| {
+        let (across, down) = ((k & 1) as i32, (k >> 1) as i32);
+        let texel = wrapped_texel(column + across, row + down, side as i32) as usize;
+        (texel / side, texel % side)
+    })
 }
 
 /// See [`square_from_direction`](crate::math::octahedral::square_from_direction).
@@ -93,21 +105,6 @@ fn square_from_directions<S: Width>(w: Vector<S>) -> Pair<S> {
     let x = above.select(p.x, (1.0 - p.y.abs()).copysign(p.x));
     let y = above.select(p.y, (1.0 - p.x.abs()).copysign(p.y));
     Pair::new(x * 0.5 + 0.5, y * 0.5 + 0.5)
-}
-
-/// Row and column of texels with both from -1 to `side`; see
-/// [`wrapped_texel`](crate::math::octahedral::wrapped_texel).
-#[inline(always)]
-fn wrapped_texels<S: Width>(
-    (row, column): (Float<S>, Float<S>),
-    side: f32,
-) -> (Float<S>, Float<S>) {
-    let beyond = column.lt(0.0) | column.ge(side);
-    let row = beyond.select(side - 1.0 - row, row);
-    let column = column.clamp(0.0, side - 1.0);
-    let beyond = row.lt(0.0) | row.ge(side);
-    let column = beyond.select(side - 1.0 - column, column);
-    (row.clamp(0.0, side - 1.0), column)
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use super::octahedral_grid::Grid;
 use super::table_blocks::{BIAS, BlockTexels, MAX_SIDE, expected_bytes, pack_blocks, power_of_two};
-use super::table_lookup::TexelCorners;
+use super::table_lookup::Cells;
 use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats, read_words};
 use crate::color::Rgb;
-use crate::lanes::{Color, Mask, One, Vector, Width, Word};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width, Word};
 use bytemuck::{Pod, Zeroable};
 
 /// Format of the texels of a table.
@@ -61,12 +61,8 @@ impl TableStorage {
 pub(crate) trait Texel: Pod {
     /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
     fn new(color: Rgb) -> Self;
-    /// The colors of a texel per lane.
-    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S>;
     /// The color.
-    fn rgb(self) -> Rgb {
-        Self::colors(One, &[self]).into()
-    }
+    fn rgb(self) -> Rgb;
 }
 
 /// Value to which the brightest texel of a table is scaled: close to the largest number of
@@ -78,9 +74,8 @@ impl Texel for Rgb {
         color
     }
 
-    #[inline(always)]
-    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S> {
-        Color::from_fn(s, |i| texels.as_ref()[i])
+    fn rgb(self) -> Rgb {
+        self
     }
 }
 
@@ -109,9 +104,15 @@ impl Texel for SharedExponent {
         SharedExponent(r | g << 9 | b << 18 | (stored as u32) << 27)
     }
 
+    fn rgb(self) -> Rgb {
+        SharedExponent::colors(Word::splat(One, self.0)).into()
+    }
+}
+
+impl SharedExponent {
+    /// The color of the word in each lane.
     #[inline(always)]
-    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S> {
-        let words = Word::load(s, &s.each(|i| texels.as_ref()[i].0));
+    fn colors<S: Width>(words: Word<S>) -> Color<S> {
         let unit = power_of_two(words >> 27, UNIT);
         let (r, g, b) = (words & 511, words >> 9 & 511, words >> 18 & 511);
         Color::new(r.integer(), g.integer(), b.integer()) * unit
@@ -365,42 +366,54 @@ impl OctahedralTable<'_> {
     /// hold any value.
     #[inline(always)]
     pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
-        let corners = TexelCorners::of(w, self.side as f32, active);
+        let (s, side) = (w.z.width(), self.side);
+        let cells = Cells::of(w, side);
         let sum = match self.texels {
-            Texels::Float(texels) => weighted_sum(&corners, texels),
-            Texels::Shared(texels) => weighted_sum(&corners, texels),
-            Texels::Blocks(blocks) => weighted_sum_of_blocks(&corners, blocks),
+            Texels::Float(texels) => {
+                let channel = |c: usize| {
+                    let word = |row, column| channel_bits(texels, row * side + column, c);
+                    let mut sum = Float::splat(s, 0.0);
+                    for (word, weight) in cells.words(active, word) {
+                        sum += word.to_float() * weight;
+                    }
+                    sum
+                };
+                Color::new(channel(0), channel(1), channel(2))
+            }
+            Texels::Shared(texels) => {
+                let word = |row: usize, column: usize| {
+                    texels.get(row * side + column).map_or(0, |texel| texel.0)
+                };
+                weighted_sum(cells.words(active, word), SharedExponent::colors)
+            }
+            Texels::Blocks(blocks) => {
+                let word = |row, column| blocks.fetch(row, column, side);
+                weighted_sum(cells.words(active, word), BlockTexels::colors)
+            }
         };
-        sum * Color::splat(w.z.width(), self.scale)
+        sum * Color::splat(s, self.scale)
     }
 }
 
-/// The weighted sums of the texels of `table` at the corners.
+/// The sum of the colors of words times their weights.
 #[inline(always)]
-fn weighted_sum<S: Width, T: Texel>(corners: &TexelCorners<S>, table: &[T]) -> Color<S> {
-    let s = corners.weights[0].width();
-    let mut sum = Color::black(s);
-    let Some(last) = table.len().checked_sub(1) else {
-        return sum;
-    };
-    for k in 0..4 {
-        let texels = corners.in_rows(k);
-        let texels = texels.as_ref();
-        let fetched = s.each(|i| table[(texels[i] as usize).min(last)]);
-        sum += T::colors(s, &fetched) * corners.weights[k];
+fn weighted_sum<S: Width>(
+    words: [(Word<S>, Float<S>); 4],
+    colors: impl Fn(Word<S>) -> Color<S>,
+) -> Color<S> {
+    let mut sum = Color::black(words[0].1.width());
+    for (words, weight) in words {
+        sum += colors(words) * weight;
     }
     sum
 }
 
-/// [`weighted_sum`] of a table in blocks.
+/// The bits of channel `c` of texel `t`; zero for the table without texels.
 #[inline(always)]
-fn weighted_sum_of_blocks<S: Width>(corners: &TexelCorners<S>, blocks: BlockTexels) -> Color<S> {
-    let s = corners.weights[0].width();
-    let mut sum = Color::black(s);
-    for k in 0..4 {
-        sum += blocks.colors(s, &corners.in_blocks(k)) * corners.weights[k];
-    }
-    sum
+fn channel_bits(texels: &[Rgb], t: usize, c: usize) -> u32 {
+    texels
+        .get(t)
+        .map_or(0, |texel| texel.to_array()[c].to_bits())
 }
 
 #[cfg(test)]
