@@ -32,7 +32,7 @@ impl ExitTransmittance<'_> {
         match *self {
             ExitTransmittance::Lambert => cos.same(1.0),
             ExitTransmittance::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
-            ExitTransmittance::Coated(table) => coat::interpolate(table, cos),
+            ExitTransmittance::Coated(table) => coat::interpolate_near(table, cos),
         }
     }
 }

@@ -3,7 +3,9 @@
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{Float, LANES, LaneKernel, One, Pair, Sixteen, Stored, Vector, Width};
+use crate::lanes::{
+    Float, LANES, LaneKernel, Mask, One, Pair, Sixteen, Stored, Vector, Width, Word,
+};
 use crate::simd::Isa;
 use rayon::prelude::*;
 
@@ -37,17 +39,42 @@ pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<
     interpolate_tables(&[table; LANES], cos)
 }
 
-/// Linear interpolation in one table per lane: those of the first lanes.
+/// [`interpolate`] for cosines of which many lie between the same entries: towards a light, those
+/// of sixteen neighboring points.
 #[inline(always)]
-fn interpolate_tables<S: Width>(tables: &[&[f32; COSINES]; LANES], cos: Float<S>) -> Float<S> {
+pub(in crate::bsdf) fn interpolate_near<S: Width>(
+    table: &[f32; COSINES],
+    cos: Float<S>,
+) -> Float<S> {
+    let (index, fraction) = place(cos);
+    let s = cos.width();
+    let (mut low, mut high) = (Float::splat(s, 0.0), Float::splat(s, 0.0));
+    for (index, lanes) in index.groups(Mask::splat(s, true)) {
+        let entry = |step: usize| table[(index as usize + step) % COSINES];
+        low = lanes.select(entry(0), low);
+        high = lanes.select(entry(1), high);
+    }
+    fraction.mul_add(high - low, low)
+}
+
+/// The entry before a cosine, and the place between it and the next.
+#[inline(always)]
+fn place<S: Width>(cos: Float<S>) -> (Word<S>, Float<S>) {
     // The factor makes a cosine of 1 lie between the last two entries.
     let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
     let below = at.floor();
-    let (s, index) = (at.width(), below.to_word().store());
+    (below.to_word(), at - below)
+}
+
+/// Linear interpolation in one table per lane: those of the first lanes.
+#[inline(always)]
+fn interpolate_tables<S: Width>(tables: &[&[f32; COSINES]; LANES], cos: Float<S>) -> Float<S> {
+    let (index, fraction) = place(cos);
+    let (s, index) = (cos.width(), index.store());
     let entry = |i: usize, step: usize| tables[i][(index.as_ref()[i] as usize + step) % COSINES];
     let low = Float::from_fn(s, |i| entry(i, 0));
     let high = Float::from_fn(s, |i| entry(i, 1));
-    (at - below).mul_add(high - low, low)
+    fraction.mul_add(high - low, low)
 }
 
 /// The transmittance of a coat from outside in each lane.
@@ -55,6 +82,8 @@ fn interpolate_tables<S: Width>(tables: &[&[f32; COSINES]; LANES], cos: Float<S>
 pub(in crate::bsdf) struct CoatTables<'s, S: Width> {
     /// Over the cosine on [0, 1]; with fewer lanes, the first ones count.
     tables: [&'s [f32; COSINES]; LANES],
+    /// Whether all tables are the same.
+    are_same: bool,
     /// The largest entry of each table.
     largest: Float<S>,
 }
@@ -65,14 +94,19 @@ impl<'s, S: Width> CoatTables<'s, S> {
     pub(in crate::bsdf) fn same(s: S, table: &'s [f32; COSINES]) -> Self {
         CoatTables {
             tables: [table; LANES],
+            are_same: true,
             largest: Float::splat(s, table.iter().copied().fold(0.0, f32::max)),
         }
     }
 
-    /// The transmittance at the cosine `cos` >= 0.
+    /// The transmittance at the cosine `cos` >= 0, which differs little between lanes.
     #[inline(always)]
     pub(in crate::bsdf) fn interpolate(&self, cos: Float<S>) -> Float<S> {
-        interpolate_tables(&self.tables, cos)
+        if self.are_same {
+            interpolate_near(self.tables[0], cos)
+        } else {
+            interpolate_tables(&self.tables, cos)
+        }
     }
 
     /// The largest transmittance.
@@ -88,6 +122,7 @@ impl<'s> CoatTables<'s, One> {
     pub(in crate::bsdf) fn in_lanes<S: Width>(&self, s: S) -> CoatTables<'s, S> {
         CoatTables {
             tables: [self.tables[0]; LANES],
+            are_same: true,
             largest: self.largest.in_lanes(s),
         }
     }
@@ -96,6 +131,7 @@ impl<'s> CoatTables<'s, One> {
 impl<'s> CoatTables<'s, Stored> {
     #[inline(always)]
     pub(in crate::bsdf) fn set_lane(&mut self, i: usize, single: CoatTables<'s, One>) {
+        self.are_same &= std::ptr::eq(self.tables[i], single.tables[0]);
         self.tables[i] = single.tables[0];
         self.largest.set_lane(i, single.largest);
     }
@@ -104,6 +140,7 @@ impl<'s> CoatTables<'s, Stored> {
     pub(in crate::bsdf) fn lane(&self, i: usize) -> CoatTables<'s, One> {
         CoatTables {
             tables: [self.tables[i]; LANES],
+            are_same: true,
             largest: self.largest.lane(i),
         }
     }
@@ -112,6 +149,7 @@ impl<'s> CoatTables<'s, Stored> {
     pub(in crate::bsdf) fn in_vectors<S: Sixteen>(&self, s: S) -> CoatTables<'s, S> {
         CoatTables {
             tables: self.tables,
+            are_same: self.are_same,
             largest: self.largest.in_vectors(s),
         }
     }
