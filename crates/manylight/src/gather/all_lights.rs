@@ -4,8 +4,13 @@ use super::batch_sums::{BatchSums, add_light, flush};
 use super::points::Batch;
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
+use crate::ids::LightId;
+use crate::math::prefetch::prefetch;
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
+
+/// Lights of which the memory is prefetched ahead of their sum.
+const AHEAD: usize = 8;
 
 /// Adds the lights that up to [`BATCHES`](super::points::BATCHES) batches have in common to the
 /// sums of their points, in all and by light group.
@@ -40,8 +45,8 @@ impl SimdKernel for AddLights<'_> {
 
     #[inline(always)]
     fn run<I: Simd>(self, isa: I) {
-        let lights = self.lights.in_order(self.batches[0].lights);
-        let (connections, groups) = (lights.len(), self.lights.groups);
+        let ids = self.lights.in_order(self.batches[0].lights);
+        let groups = self.lights.groups;
         let mut sum = BatchSums::new(
             isa.wide(),
             self.gather,
@@ -51,9 +56,13 @@ impl SimdKernel for AddLights<'_> {
             groups.max(1),
         )
         .with_roulette();
-        for id in lights {
+        let of = |id: LightId| &self.lights.set.lights()[id.index()];
+        for (k, &id) in ids.iter().enumerate() {
+            if let Some(&next) = ids.get(k + AHEAD) {
+                prefetch(of(next));
+            }
             if groups > 0 {
-                sum.slot = self.lights.set.lights()[id.index()].group.index();
+                sum.slot = of(id).group.index();
             }
             add_light(&mut sum, id, self.sums);
         }
@@ -69,8 +78,8 @@ impl SimdKernel for AddLights<'_> {
                 for (group, slot) in of_point.zip(&sum.gathered).take(groups) {
                     *group += slot[b].rgb(i);
                 }
-                sum_there.terms = connections as u32;
-                sum_there.connections = connections as u64;
+                sum_there.terms = ids.len() as u32;
+                sum_there.connections = ids.len() as u64;
             }
         }
     }
