@@ -18,12 +18,13 @@ pub struct FixedWi<'b, 's> {
 impl<'b, 's> FixedWi<'b, 's> {
     /// `bsdf` for a fixed `wi` and set of lobes.
     pub fn new(bsdf: &'b Bsdf<'s>, wi: Vec3, lobes: Lobes) -> Self {
-        let has_lanes = LaneModel::of(bsdf) != LaneModel::Any;
+        // The frame of a tilted leaf depends on `wo`, so that it is not reciprocal.
+        let is_reciprocal = LaneModel::of(bsdf) != LaneModel::Any && !bsdf.is_tilted();
         FixedWi {
             bsdf,
             wi,
             lobes,
-            lanes: has_lanes.then(|| FixedWoLanes::alike(lobes, bsdf, wi)),
+            lanes: is_reciprocal.then(|| FixedWoLanes::alike(lobes, bsdf, wi)),
         }
     }
 

@@ -35,6 +35,12 @@ impl<'b, 's> FixedWo<'b, 's> {
         }
     }
 
+    /// `f` in 1/sr on the side of `wo`, if that is a constant.
+    #[inline]
+    pub(crate) fn lambert(&self) -> Option<Rgb> {
+        self.lambert
+    }
+
     /// [`Bsdf::f_cos_wi`] for this `wo` and these lobes.
     #[inline]
     pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {

@@ -6,6 +6,7 @@
 
 use super::incident_cone::IncidentCone;
 use super::leaf::Leaf;
+use super::lobes::Classes;
 use super::material::Distribution;
 use super::model::Model;
 use super::models::conductor::RoughConductorToWo;
@@ -13,6 +14,7 @@ use super::models::diffuse::DiffuseToWo;
 use super::models::plastic::{PlasticToWo, RoughPlasticToWo};
 use super::models::principled::PrincipledToWo;
 use super::scattering_model::ScatteringModel;
+use super::tilt::TiltToWo;
 use super::{Bsdf, FixedWo, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{
@@ -27,7 +29,7 @@ use crate::simd::{Isa, Portable, Simd, SimdKernel, outlined};
 /// the Glossy Room, as between 3 and 12 in the Kitchen.
 const FEWEST_IN_LANES: usize = 6;
 
-/// The model that all lanes of a [`FixedWoLanes`] share.
+/// The model that all lanes of a [`FixedWoLanes`] share. Bump and normal maps may tilt it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneModel {
     /// Lambert's model: `f` is constant.
@@ -51,7 +53,6 @@ impl LaneModel {
             return LaneModel::Any;
         };
         match &leaf.model {
-            _ if leaf.tilted().is_some() => LaneModel::Any,
             Model::Diffuse(_) => LaneModel::Lambert,
             Model::Plastic(_) => LaneModel::Plastic,
             Model::RoughConductor(m) => LaneModel::Conductor(m.facets.distribution()),
@@ -82,6 +83,8 @@ struct Directed<'s> {
     /// `wo` in the local frame.
     wo: Vector<Stored>,
     model: ModelToWo<'s>,
+    /// If some lane is tilted. The others have the normal of their frame, and no shadowing.
+    tilt: Option<TiltToWo<Stored>>,
 }
 
 /// The models with a fixed `wo`.
@@ -153,7 +156,7 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
                 values.colors(s)
             }
             Functions::OfModel(functions) => match &functions.model {
-                ModelToWo::Diffuse(diffuse) => {
+                ModelToWo::Diffuse(diffuse) if functions.tilt.is_none() => {
                     let n = functions.frame.n.in_vectors(s);
                     diffuse.in_vectors(s).f_cos_wi(n.dot(wi))
                 }
@@ -189,12 +192,12 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
 
 /// The only leaf of a function, for a `wo` on a side on which it scatters.
 struct LitLeaf<'b, 's> {
-    bsdf: &'b Bsdf<'s>,
     leaf: &'b Leaf<'s, One>,
-    /// The side of `wo` in the shading frame.
-    side: Float<One>,
-    /// `wo` in the shading frame on that side: above the surface.
+    /// World-space axes of the frame of the model, with `wo` above the surface.
+    frame: Axes<One>,
+    /// `wo` in that frame.
     wo: Vector<One>,
+    tilt: Option<TiltToWo<One>>,
 }
 
 impl<'b, 's> LitLeaf<'b, 's> {
@@ -202,28 +205,42 @@ impl<'b, 's> LitLeaf<'b, 's> {
     fn of(bsdf: &'b Bsdf<'s>, wo: Vec3) -> Option<Self> {
         let leaf = bsdf.only_leaf()?;
         let local = bsdf.frame.to_local(wo.into());
-        let (side, valid) = leaf.side(local.z);
-        let wo = local.scale_z(side);
-        (valid & wo.z.gt(0.0)).any().then_some(LitLeaf {
-            bsdf,
+        let (outer, on_outer) = leaf.outer.mirror(local.z);
+        let mut frame = bsdf.frame;
+        frame.n = frame.n * outer;
+        let untilted = frame.n;
+        if let Some(tilt) = leaf.tilted() {
+            let tilted = tilt.frame(tilt.facing(local.scale_z(outer)));
+            frame = Axes {
+                s: frame.to_world(tilted.s),
+                t: frame.to_world(tilted.t),
+                n: frame.to_world(tilted.n),
+            };
+        }
+        let (inner, on_inner) = leaf.inner.mirror(frame.n.dot(wo.into()));
+        frame.n = frame.n * inner;
+        let wo = frame.to_local(wo.into());
+        (on_outer & on_inner & wo.z.gt(0.0)).any().then(|| LitLeaf {
             leaf,
-            side,
+            frame,
             wo,
+            tilt: leaf.tilted().map(|tilt| TiltToWo {
+                normal: untilted * inner,
+                alpha2: tilt.alpha2(),
+            }),
         })
     }
 
-    fn frame(&self) -> Axes<One> {
-        Axes {
-            n: self.bsdf.frame.n * self.side,
-            ..self.bsdf.frame
-        }
+    /// The classes of the model for the classes `lobes` of the function.
+    fn model_lobes(&self, lobes: Lobes) -> Classes<One> {
+        self.leaf.model_lobes(lobes.into())
     }
 }
 
 impl<'s> Directed<'s> {
     /// The `lobes` of one function times `weight` in all lanes.
     fn alike(lit: &LitLeaf<'_, 's>, lobes: Lobes, weight: Float<One>) -> Self {
-        let (s, wo, lobes) = (Portable, lit.wo, lobes.into());
+        let (s, wo, lobes) = (Portable, lit.wo, lit.model_lobes(lobes));
         let model = match &lit.leaf.model {
             Model::Diffuse(m) => {
                 let all = m.with_wo(lobes, weight).in_lanes(s);
@@ -251,9 +268,10 @@ impl<'s> Directed<'s> {
             _ => unreachable!("invariant: other models are evaluated lane by lane"),
         };
         Directed {
-            frame: lit.frame().in_lanes(s),
+            frame: lit.frame.in_lanes(s),
             wo: wo.in_lanes(s),
             model,
+            tilt: lit.tilt.map(|tilt| tilt.in_lanes(s)),
         }
     }
 
@@ -278,13 +296,15 @@ impl<'s> Directed<'s> {
             model: ModelToWo::Diffuse(CacheAligned(
                 (black.with_wo(Lobes::NONE.into(), 0.0.into())).in_lanes(Portable),
             )),
+            tilt: None,
         }
     }
 
     /// Sets lane `i` to the `lobes` of a function of the same model.
     fn set_lane(&mut self, i: usize, lit: &LitLeaf<'_, 's>, lobes: Lobes) {
-        let (wo, lobes, weight) = (lit.wo, lobes.into(), lit.leaf.weight);
-        self.frame.set_lane(i, lit.frame());
+        let (wo, lobes, weight) = (lit.wo, lit.model_lobes(lobes), lit.leaf.weight);
+        self.set_tilt(i, lit);
+        self.frame.set_lane(i, lit.frame);
         self.wo.set_lane(i, wo);
         match (&mut self.model, &lit.leaf.model) {
             (ModelToWo::Diffuse(all), Model::Diffuse(m)) => {
@@ -307,6 +327,22 @@ impl<'s> Directed<'s> {
             _ => unreachable!("invariant: all lanes have one model"),
         }
     }
+
+    /// Sets the tilt of lane `i`, before its frame is set.
+    fn set_tilt(&mut self, i: usize, lit: &LitLeaf) {
+        let flat = |normal| TiltToWo {
+            normal,
+            alpha2: 0.0.into(),
+        };
+        if lit.tilt.is_some() && self.tilt.is_none() {
+            let mut all = flat(lit.frame.n).in_lanes(Portable);
+            all.normal = self.frame.n;
+            self.tilt = Some(all);
+        }
+        if let Some(all) = &mut self.tilt {
+            all.set_lane(i, lit.tilt.unwrap_or(flat(lit.frame.n)));
+        }
+    }
 }
 
 outlined! {
@@ -324,8 +360,9 @@ impl Directed<'_> {
     #[inline(always)]
     fn f_cos_wi<S: Sixteen>(&self, wi: Vector<S>) -> Color<S> {
         let s = wi.z.width();
+        let towards = wi;
         let (wi, wo) = (self.frame.in_vectors(s).to_local(wi), self.wo.in_vectors(s));
-        match &self.model {
+        let value = match &self.model {
             ModelToWo::Diffuse(m) => m.in_vectors(s).f_cos_wi(wi.z),
             ModelToWo::Plastic(m) => m.in_vectors(s).f_cos_wi(wi.z),
             ModelToWo::RoughConductor(m) => m.in_vectors(s).f_cos_wi(wi, wo),
@@ -338,6 +375,10 @@ impl Directed<'_> {
                     front.f_cos_wi::<false>(wi, wo)
                 }
             }
+        };
+        match &self.tilt {
+            None => value,
+            Some(tilt) => tilt.in_vectors(s).attenuated(value, towards),
         }
     }
 

@@ -108,6 +108,11 @@ impl<'s> Bsdf<'s> {
         is_one_sided.any().then(|| n.into())
     }
 
+    /// Whether a bump or normal map tilts the normal of some leaf.
+    pub(super) fn is_tilted(&self) -> bool {
+        self.leaves().any(|leaf| leaf.tilted().is_some())
+    }
+
     /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading
     /// frame. With this definition all other formulas use geometric cosines. Whether `wi` and `wo`
     /// are on the same side is decided by the shading normal `ns`, as in Mitsuba's path tracer.

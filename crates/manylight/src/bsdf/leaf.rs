@@ -74,7 +74,7 @@ impl<'s, S: Width> Leaf<'s, S> {
 
     /// The set of classes of the model for a set of classes of the leaf.
     #[inline(always)]
-    fn model_lobes(&self, lobes: Classes<S>) -> Classes<S> {
+    pub(super) fn model_lobes(&self, lobes: Classes<S>) -> Classes<S> {
         let m = self.diffuse_is_glossy;
         Classes {
             diffuse: (lobes.diffuse & !m) | (lobes.glossy & m),

@@ -1,6 +1,6 @@
 //! Tilted shading frames.
 
-use crate::lanes::{Axes, Float, Mask, Vector, Width};
+use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, lanewise};
 use crate::math::Vec3;
 
 /// A normal tilted by a bump or normal map, in the shading frame.
@@ -19,6 +19,27 @@ pub(super) struct Tilt<S: Width> {
     /// The lanes in which the normal is not the shading normal. In the others, the frame is the
     /// shading frame.
     pub(super) is_tilted: Mask<S>,
+}
+
+/// The attenuation of a tilt with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TiltToWo<S: Width> {
+    /// The normal without the tilt, on the side from which light counts. World space, unit.
+    pub(super) normal: Vector<S>,
+    /// As [`Tilt::alpha2`].
+    pub(super) alpha2: Float<S>,
+}
+
+lanewise!(TiltToWo { normal, alpha2 });
+
+impl<S: Width> TiltToWo<S> {
+    /// The part of `value` that light from `wi`, in world space, has after the shadowing of the
+    /// tilt. Light from behind the untilted surface does not count.
+    #[inline(always)]
+    pub(super) fn attenuated(&self, value: Color<S>, wi: Vector<S>) -> Color<S> {
+        let cos = self.normal.dot(wi);
+        (value * shadowing(self.alpha2, cos)).within(cos.gt(0.0))
+    }
 }
 
 /// Probability with which a photon walk samples in the frame that faces `wi`, instead of the
@@ -92,13 +113,28 @@ impl<S: Width> Tilt<S> {
     /// Fraction of light from `wi` that the bumps do not shadow.
     #[inline(always)]
     pub(super) fn shadowing(&self, wi: Vector<S>) -> Float<S> {
-        let tan2 = |w: Vector<S>| {
-            let cos2 = w.z * w.z;
-            (1.0 - cos2).max(0.0) / cos2.max(f32::MIN_POSITIVE)
-        };
-        let alpha2 = (0.125 * tan2(self.normal)).min(1.0);
-        2.0 / (1.0 + (1.0 + alpha2 * tan2(wi)).sqrt())
+        shadowing(self.alpha2(), wi.z)
     }
+
+    /// Squared roughness of bumps with this normal; 0 without a tilt.
+    #[inline(always)]
+    pub(super) fn alpha2(&self) -> Float<S> {
+        (0.125 * tan2(self.normal.z)).min(1.0)
+    }
+}
+
+/// Fraction of light that bumps of squared roughness `alpha2` do not shadow, at the cosine `cos` to
+/// the untilted normal.
+#[inline(always)]
+pub(super) fn shadowing<S: Width>(alpha2: Float<S>, cos: Float<S>) -> Float<S> {
+    2.0 / (1.0 + (1.0 + alpha2 * tan2(cos)).sqrt())
+}
+
+/// Squared tangent of the angle with this cosine.
+#[inline(always)]
+fn tan2<S: Width>(cos: Float<S>) -> Float<S> {
+    let cos2 = cos * cos;
+    (1.0 - cos2).max(0.0) / cos2.max(f32::MIN_POSITIVE)
 }
 
 /// `n` rotated around the z axis by 180 degrees.

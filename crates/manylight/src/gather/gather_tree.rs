@@ -6,7 +6,7 @@
 use super::receivers::Receivers;
 use super::sphere_samples::SphereSamples;
 use super::{ShadingPoint, Subset};
-use crate::bsdf::{FixedWo, LaneModel, Lobes};
+use crate::bsdf::{FixedWo, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Color, Float, Mask, One, Vector};
@@ -46,7 +46,6 @@ impl<'b, 's> WeightedPoint<'b, 's> {
         let ShadingPoint { bsdf, wo, .. } = at;
         let receiving = bsdf.receiving_normal(*wo);
         let fixed = FixedWo::new(bsdf, *wo, Lobes::NON_SPECULAR);
-        let is_lambert = LaneModel::of(bsdf) == LaneModel::Lambert;
         WeightedPoint {
             index,
             at,
@@ -55,9 +54,7 @@ impl<'b, 's> WeightedPoint<'b, 's> {
             weight: throughput.luminance(),
             importance: throughput.max_channel(),
             receiving,
-            lambert: receiving
-                .filter(|_| is_lambert)
-                .map(|n| fixed.bound(n, Spread::new(0.0))),
+            lambert: fixed.lambert().map(Rgb::max_channel),
             place: [0.0; 6],
         }
     }
