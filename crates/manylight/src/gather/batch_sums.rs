@@ -1,10 +1,10 @@
 //! Sums of the connections of up to 64 points, sixteen at a time, with one light after the other:
 //! the innermost loop of all methods.
 
-use super::connect::Connection;
+use super::connect::{Connection, is_lit};
 use super::light_points::{LightPoint, light_part, point_counts};
 use super::points::{BATCHES, Batch};
-use super::receivers::{BatchReceivers, ConnectedLight};
+use super::receivers::{BatchReceivers, ConnectedLight, Direction, Receivers};
 use super::roulette::Roulette;
 use super::shadow_block::ShadowBlock;
 use super::sphere::sphere_radius;
@@ -12,11 +12,11 @@ use super::sphere_samples::{LightLobe, SphereSamples};
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector};
+use crate::lanes::{Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector};
 use crate::scene::Scene;
-use crate::simd::outlined;
+use crate::simd::{outlined, set_bits};
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::{EmissionView, VirtualLight};
+use crate::virtual_lights::{EmissionView, RadiantIntensity, VirtualLight};
 
 /// The points of a batch to which a part of a light contributes.
 #[derive(Clone, Copy, Default)]
@@ -180,12 +180,10 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         active: [LaneMask; BATCHES],
         sums: &mut [Gathered],
     ) {
-        let mut connected = [LitPoints::default(); BATCHES];
-        for (b, connected) in connected.iter_mut().enumerate().take(self.batches.len()) {
-            if active[b] != 0 {
-                *connected = self.connect(light, part, b, active[b]);
-            }
-        }
+        let connected = match part.directions {
+            None => self.connect(light, part, active),
+            Some(count) => self.connect_sphere(light, (part, count), active),
+        };
         let lit = by_batch(&connected, |points| points.lit);
         if let Some(roulette) = &mut self.roulette
             && !roulette.survives(self.s, part.weight, lit, &mut self.values)
@@ -209,26 +207,79 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         }
     }
 
-    /// Sets the values of batch `b`: the clamped light of one part at the active points.
+    /// Sets the values of all batches: the clamped light of one part at the active points.
+    ///
+    /// Step by step for all batches, of which the processor then overlaps the instructions: those of
+    /// one batch wait for each other. Batch by batch, the rate of connections is 0.94 times as high
+    /// in staircase2, 0.98 in the third-party kitchen.
     #[inline(always)]
     fn connect(
         &mut self,
         light: &ConnectedLight<EmissionView>,
         part: &LightPoint,
+        active: [LaneMask; BATCHES],
+    ) -> [LitPoints; BATCHES] {
+        let s = self.s;
+        let mut at = [Direction::none(s); BATCHES];
+        let (mut intensities, mut f_cos) = ([Color::black(s); BATCHES], [Color::black(s); BATCHES]);
+        for b in with_lanes(&active) {
+            at[b] = Direction::towards(&self.receivers(b), part, lanes(s, active[b]));
+        }
+        for b in with_lanes(&active) {
+            intensities[b] = light.emission.intensity(-at[b].wi, at[b].active);
+            at[b].active = at[b].active & is_lit(intensities[b]);
+        }
+        for b in with_lanes(&active) {
+            if at[b].active.any() {
+                f_cos[b] = self.receivers(b).f_cos_wi(at[b].wi, at[b].active);
+            }
+        }
+        let mut connected = [LitPoints::default(); BATCHES];
+        for b in with_lanes(&active) {
+            if at[b].active.any() {
+                let terms = (at[b], intensities[b], f_cos[b]);
+                let connection = (self.gather).connection(&self.receivers(b), light, part, terms);
+                connected[b] = self.set_values(b, light, &connection);
+            }
+        }
+        connected
+    }
+
+    /// [`BatchSums::connect`] for a light as a sphere, with `count` directions.
+    #[inline(always)]
+    fn connect_sphere(
+        &mut self,
+        light: &ConnectedLight<EmissionView>,
+        (part, count): (&LightPoint, usize),
+        active: [LaneMask; BATCHES],
+    ) -> [LitPoints; BATCHES] {
+        let mut connected = [LitPoints::default(); BATCHES];
+        for b in with_lanes(&active) {
+            if let Some(samples) = &self.samples[b] {
+                let connection = self.gather.connect_sphere(
+                    &self.receivers(b),
+                    light,
+                    (part, samples, count),
+                    lanes(self.s, active[b]),
+                );
+                connected[b] = self.set_values(b, light, &connection);
+            }
+        }
+        connected
+    }
+
+    /// Sets the values of batch `b`.
+    #[inline(always)]
+    fn set_values(
+        &mut self,
         b: usize,
-        active: LaneMask,
+        light: &ConnectedLight<EmissionView>,
+        connection: &Connection<S>,
     ) -> LitPoints {
         let (s, batch) = (self.s, &self.batches[b]);
-        let receivers = BatchReceivers {
-            s,
-            batch,
-            samples: self.samples[b].as_ref(),
-        };
-        let active = Mask::from_bits(s, u32::from(active));
-        let connection = self.gather.connect(&receivers, light, part, active);
         let Connection {
             wi, weight, lit, ..
-        } = connection;
+        } = *connection;
         let unclamped = lit.select(connection.unclamped.weighted_sum(Rgb::LUMINANCE), 0.0);
         let clamped = lit.select(unclamped * (1.0 - weight), 0.0);
         add_lanes(&mut self.unclamped[b], unclamped);
@@ -239,6 +290,14 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             lit: lit.bits() as LaneMask,
             front_of_point: wi.dot(batch.ng.vectors(s)).ge(0.0).bits() as LaneMask,
             front_of_light: wi.dot(n).le(0.0).bits() as LaneMask,
+        }
+    }
+
+    #[inline(always)]
+    fn receivers(&self, b: usize) -> BatchReceivers<'a, 'b, 's, S> {
+        BatchReceivers {
+            s: self.s,
+            batch: &self.batches[b],
         }
     }
 
@@ -260,6 +319,16 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     }
 }
 
+/// The batches with a lane in `active`.
+#[inline(always)]
+fn with_lanes(active: &[LaneMask; BATCHES]) -> impl Iterator<Item = usize> + use<> {
+    let mut batches = 0u32;
+    for (b, &active) in active.iter().enumerate() {
+        batches |= u32::from(active != 0) << b;
+    }
+    set_bits(batches)
+}
+
 /// The lanes of each batch. A loop: `array::map` would not become part of the kernel.
 #[inline(always)]
 fn by_batch<T>(of: &[T; BATCHES], lanes: impl Fn(&T) -> LaneMask) -> [LaneMask; BATCHES] {
@@ -268,6 +337,11 @@ fn by_batch<T>(of: &[T; BATCHES], lanes: impl Fn(&T) -> LaneMask) -> [LaneMask; 
         *all = lanes(of);
     }
     all
+}
+
+#[inline(always)]
+fn lanes<S: Sixteen>(s: S, mask: LaneMask) -> Mask<S> {
+    Mask::from_bits(s, u32::from(mask))
 }
 
 #[inline(always)]

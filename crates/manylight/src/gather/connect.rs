@@ -7,6 +7,7 @@ use super::clamping::ClampedConnection;
 use super::light_points::LightPoint;
 use super::receivers::{ConnectedLight, Direction, Receivers};
 use super::sphere::integrate;
+use super::sphere_samples::SphereSamples;
 use super::{Gather, Strategy, Subset};
 use crate::lanes::{Color, Float, Mask, Vector, Width};
 use crate::virtual_lights::RadiantIntensity;
@@ -33,7 +34,7 @@ impl<S: Width> Connection<S> {
 }
 
 impl Gather {
-    /// The connections of the active points with a part of a light.
+    /// The connections of the active points with a part of a light that is no sphere.
     ///
     /// ```text
     /// L = f(wi, wo) cosθ · I(-wi) / d² · w_c · V
@@ -41,9 +42,8 @@ impl Gather {
     ///
     /// Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has
     /// the terms as M, I, G and V, with the cosine in G. Here the cosine at the light is part of
-    /// the intensity, and the clamping weight `w_c` bounds the singularity. For a light as a
-    /// sphere, the integral of `f cosθ I` over its directions takes the place of `f cosθ I / d²`.
-    /// `V` is up to the caller, because shadow rays are traced together.
+    /// the intensity, and the clamping weight `w_c` bounds the singularity. `V` is up to the caller,
+    /// because shadow rays are traced together.
     #[inline(always)]
     pub(super) fn connect<S: Width, E: RadiantIntensity<S>>(
         &self,
@@ -52,26 +52,74 @@ impl Gather {
         part: &LightPoint,
         active: Mask<S>,
     ) -> Connection<S> {
-        let to = x.towards(part.p);
-        let d2 = to.length_squared();
-        let inv_d = d2.sqrt().recip();
-        let wi = to * inv_d;
-        let at = Direction {
-            wi,
-            inv_d2: inv_d * inv_d,
-            active: active & x.count_light_from(wi) & d2.gt(0.0),
+        let mut at = Direction::towards(x, part, active);
+        let intensity = light.emission.intensity(-at.wi, at.active);
+        at.active = at.active & is_lit(intensity);
+        let f_cos = if at.active.any() {
+            x.f_cos_wi(at.wi, at.active)
+        } else {
+            Color::black(at.wi.z.width())
         };
-        let (reflected, weight) = match (part.directions, x.sphere_samples()) {
-            (Some(count), Some(samples)) => {
-                (integrate(samples, x, light, &at, count), d2.same(1.0))
-            }
-            _ => self.reflected(x, light, part, &at),
-        };
+        self.connection(x, light, part, (at, intensity, f_cos))
+    }
+
+    /// The connections in the directions `at`, with the intensities towards the points and `f cosθ`
+    /// there.
+    #[inline(always)]
+    pub(super) fn connection<S: Width, E>(
+        &self,
+        x: &impl Receivers<S>,
+        light: &ConnectedLight<E>,
+        part: &LightPoint,
+        (at, intensity, f_cos): (Direction<S>, Color<S>, Color<S>),
+    ) -> Connection<S> {
+        let weight = self.clamp.weight(&ClampedConnection {
+            w: at.wi,
+            inv_d2: at.inv_d2,
+            f_cos,
+            n_x: x.normals(),
+            n_y: light.light.n,
+            area: part.area * self.area_factor(x.lights()),
+        });
+        self.weighted(
+            x,
+            light,
+            part,
+            (at, f_cos * (intensity * at.inv_d2), weight),
+        )
+    }
+
+    /// The connections of the active points with a light as a sphere, of which `samples` draw
+    /// `count` directions: the integral of `f cosθ I` over the directions to the light takes the
+    /// place of `f cosθ I / d²`.
+    #[inline(always)]
+    pub(super) fn connect_sphere<S: Width, E: RadiantIntensity<S>>(
+        &self,
+        x: &impl Receivers<S>,
+        light: &ConnectedLight<E>,
+        (part, samples, count): (&LightPoint, &SphereSamples<S>, usize),
+        active: Mask<S>,
+    ) -> Connection<S> {
+        let at = Direction::towards(x, part, active);
+        let reflected = integrate(samples, x, light, &at, count);
+        self.weighted(x, light, part, (at, reflected, at.inv_d2.same(1.0)))
+    }
+
+    /// The connections by the light that is reflected before the factors of the light, and their
+    /// clamping weights.
+    #[inline(always)]
+    fn weighted<S: Width, E>(
+        &self,
+        x: &impl Receivers<S>,
+        light: &ConnectedLight<E>,
+        part: &LightPoint,
+        (at, reflected, weight): (Direction<S>, Color<S>, Float<S>),
+    ) -> Connection<S> {
         let shares = x.shares(light.lights, light.id);
         let flux = shares * self.lights_per_term(x.lights()) * part.weight;
-        let unclamped = reflected * flux;
+        let unclamped = (reflected * flux).within(at.active);
         Connection {
-            wi,
+            wi: at.wi,
             unclamped,
             weight,
             lit: at.active & is_lit(unclamped * weight),
@@ -96,37 +144,10 @@ impl Gather {
         };
         factor / self.refinement
     }
-
-    /// `f cosθ I / d²` of a point light, and the clamping weight `w_c`.
-    #[inline(always)]
-    fn reflected<S: Width, E: RadiantIntensity<S>>(
-        &self,
-        x: &impl Receivers<S>,
-        light: &ConnectedLight<E>,
-        part: &LightPoint,
-        at: &Direction<S>,
-    ) -> (Color<S>, Float<S>) {
-        let Direction { wi, inv_d2, .. } = *at;
-        let intensity = light.emission.intensity(-wi, at.active);
-        let active = at.active & is_lit(intensity);
-        if active.none() {
-            return (Color::black(wi.z.width()), wi.z.same(1.0));
-        }
-        let f_cos = x.f_cos_wi(wi, active);
-        let weight = self.clamp.weight(&ClampedConnection {
-            w: wi,
-            inv_d2,
-            f_cos,
-            n_x: x.normals(),
-            n_y: light.light.n,
-            area: part.area * self.area_factor(x.lights()),
-        });
-        ((f_cos * (intensity * inv_d2)).within(active), weight)
-    }
 }
 
 /// The lanes with some light in a channel, none of which is negative.
 #[inline(always)]
-fn is_lit<S: Width>(light: Color<S>) -> Mask<S> {
+pub(super) fn is_lit<S: Width>(light: Color<S>) -> Mask<S> {
     (light.r + light.g + light.b).gt(0.0)
 }

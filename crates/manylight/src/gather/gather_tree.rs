@@ -4,7 +4,6 @@
 //! Source: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006.
 
 use super::receivers::Receivers;
-use super::sphere_samples::SphereSamples;
 use super::{ShadingPoint, Subset};
 use crate::bsdf::{FixedWo, Lobes};
 use crate::color::Rgb;
@@ -106,11 +105,6 @@ impl Receivers<One> for WeightedPoint<'_, '_> {
         depth
             .map_or(1.0, |depth| lights.share_up_to(id, depth))
             .into()
-    }
-
-    #[inline(always)]
-    fn sphere_samples(&self) -> Option<&SphereSamples<One>> {
-        None
     }
 }
 

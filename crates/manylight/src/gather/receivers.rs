@@ -1,8 +1,9 @@
 //! Both ends of a connection: points, and a light.
 
 use super::Subset;
+use super::light_points::LightPoint;
 use super::points::Batch;
-use super::sphere_samples::{LightLobe, SphereSamples};
+use super::sphere_samples::LightLobe;
 use crate::ids::LightId;
 use crate::lanes::{Color, Float, LANES, Mask, Sixteen, Vector, Width};
 use crate::math::Vec3;
@@ -24,8 +25,6 @@ pub(super) trait Receivers<S: Width> {
     fn count_light_from(&self, wi: Vector<S>) -> Mask<S>;
     /// The fraction of the flux of light `id` that fits the path limits.
     fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<S>;
-    /// For lights as spheres.
-    fn sphere_samples(&self) -> Option<&SphereSamples<S>>;
 }
 
 /// The light of a connection.
@@ -50,11 +49,36 @@ pub(super) struct Direction<S: Width> {
     pub(super) active: Mask<S>,
 }
 
+impl<S: Width> Direction<S> {
+    /// The directions of the active points to `part`.
+    #[inline(always)]
+    pub(super) fn towards(x: &impl Receivers<S>, part: &LightPoint, active: Mask<S>) -> Self {
+        let to = x.towards(part.p);
+        let d2 = to.length_squared();
+        let inv_d = d2.sqrt().recip();
+        let wi = to * inv_d;
+        Direction {
+            wi,
+            inv_d2: inv_d * inv_d,
+            active: active & x.count_light_from(wi) & d2.gt(0.0),
+        }
+    }
+
+    /// No active lane.
+    #[inline(always)]
+    pub(super) fn none(s: S) -> Self {
+        Direction {
+            wi: Vector::splat(s, Vec3::ZERO),
+            inv_d2: Float::splat(s, 0.0),
+            active: Mask::splat(s, false),
+        }
+    }
+}
+
 /// The points of a batch as receivers of connections.
 pub(super) struct BatchReceivers<'a, 'b, 's, S: Width> {
     pub(super) s: S,
     pub(super) batch: &'a Batch<'b, 's>,
-    pub(super) samples: Option<&'a SphereSamples<S>>,
 }
 
 impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
@@ -99,10 +123,5 @@ impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
             }
         }
         Float::load(self.s, &shares)
-    }
-
-    #[inline(always)]
-    fn sphere_samples(&self) -> Option<&SphereSamples<S>> {
-        self.samples
     }
 }
