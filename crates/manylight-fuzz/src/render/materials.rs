@@ -4,8 +4,9 @@ use super::numbers::Numbers;
 use super::textures::{color_input, float_input};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
-    BelowInterface, Bitangent, CoatReflection, Distribution, PrincipledLayers, PrincipledMaterial,
-    PrincipledThinMaterial, Roughness, ThinFilm, WardVariant,
+    BelowInterface, Bitangent, CoatReflection, ColorShift, ConstantRoughness, Distribution,
+    OrenNayarVariant, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial, Roughness,
+    ThinFilm, WardVariant,
 };
 use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
@@ -113,7 +114,7 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
         1 => Material::RoughDiffuse {
             reflectance: color_input(numbers, textures, 1.0),
             alpha: float_input(numbers, textures, 1.0),
-            full: numbers.flag(),
+            variant: numbers.choose(&[OrenNayarVariant::Qualitative, OrenNayarVariant::Full]),
         },
         2 => Material::DiffuseTransmitter {
             transmittance: color_input(numbers, textures, 1.0),
@@ -144,10 +145,11 @@ fn model(numbers: &mut Numbers, textures: usize) -> Material {
             eta: numbers.float(1.0, 2.0),
             diffuse_reflectance: color_input(numbers, textures, 1.0),
             specular_reflectance: color_input(numbers, textures, 1.0),
-            nonlinear: numbers.flag(),
-            roughness: numbers
-                .rarely(4)
-                .then(|| (distribution(numbers), numbers.unit())),
+            color_shift: numbers.choose(&[ColorShift::Linear, ColorShift::Nonlinear]),
+            roughness: numbers.rarely(4).then(|| ConstantRoughness {
+                distribution: distribution(numbers),
+                alpha: numbers.unit(),
+            }),
         },
         7 => Material::Phong {
             diffuse_reflectance: color_input(numbers, textures, 1.0),

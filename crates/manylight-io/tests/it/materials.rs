@@ -3,7 +3,7 @@
 
 use crate::{Files, load, load_version};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::Distribution;
+use manylight::bsdf::material::{ColorShift, ConstantRoughness, Distribution};
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::texture::{ColorInput, FloatInput};
@@ -39,15 +39,20 @@ fn defaults_of_materials_are_mitsubas() {
     assert!((eta - 1.504_183_3).abs() < 1e-6);
     let Material::Plastic {
         eta,
-        nonlinear,
+        color_shift,
         roughness,
         ..
     } = material("<bsdf type='roughplastic'/>")
     else {
         panic!()
     };
-    assert!((eta - 1.489_587_3).abs() < 1e-6 && !nonlinear);
-    assert_eq!(roughness, Some((Distribution::Beckmann, 0.1)));
+    assert!((eta - 1.489_587_3).abs() < 1e-6);
+    assert_eq!(color_shift, ColorShift::Linear);
+    let default_roughness = ConstantRoughness {
+        distribution: Distribution::Beckmann,
+        alpha: 0.1,
+    };
+    assert_eq!(roughness, Some(default_roughness));
     let Material::Conductor {
         eta, k, roughness, ..
     } = material("<bsdf type='roughconductor'/>")

@@ -2,7 +2,7 @@
 
 use crate::{load_version, problems};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::WardVariant;
+use manylight::bsdf::material::{OrenNayarVariant, WardVariant};
 use manylight::color::Rgb;
 use manylight::math::Vec3;
 use manylight::sensors::{FovAxis, SensorKind};
@@ -66,13 +66,14 @@ fn bsdf_models_of_old_files_are_supported() {
     let Material::RoughDiffuse {
         reflectance,
         alpha,
-        full,
+        variant,
     } = &desc.materials[0]
     else {
         panic!()
     };
     assert_eq!(*reflectance, ColorInput::Constant(Rgb::new(0.1, 0.2, 0.3)));
-    assert_eq!((*alpha, *full), (FloatInput::Constant(1.0), true));
+    assert_eq!(*alpha, FloatInput::Constant(1.0));
+    assert_eq!(*variant, OrenNayarVariant::Full);
     assert!(matches!(
         desc.materials[1],
         Material::Phong {

@@ -1,8 +1,12 @@
 //! From the parameters of a material to a scattering model at a point.
 
-use super::material::{Material, PrincipledMaterial, PrincipledThinMaterial, Roughness};
+use super::material::{
+    BelowInterface, ColorShift, ConstantRoughness, Material, OrenNayarVariant, PrincipledMaterial,
+    PrincipledThinMaterial, Roughness,
+};
 use super::materials::Materials;
 use super::model::Model;
+use super::models::coat::Coat;
 use super::models::conductor::{RoughConductor, SmoothConductor};
 use super::models::dielectric::{InterfaceTints, RoughDielectric, SmoothDielectric};
 use super::models::diffuse::Diffuse;
@@ -10,7 +14,7 @@ use super::models::diffuse_transmitter::DiffuseTransmitter;
 use super::models::fresnel::ConductorFresnel;
 use super::models::microfacet::Microfacets;
 use super::models::phong::Phong;
-use super::models::plastic::{ColorShift, Plastic, RoughPlastic};
+use super::models::plastic::{Plastic, RoughPlastic};
 use super::models::principled::{
     FilmParameters, LayerParameters, Principled, PrincipledParameters, PrincipledThin,
     PrincipledThinParameters,
@@ -62,42 +66,46 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
             Material::RoughDiffuse {
                 reflectance,
                 alpha,
-                full,
-            } => {
-                let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
-                if alpha.equals(0.0).all() {
-                    return Model::Diffuse(Diffuse { reflectance });
-                }
-                Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
-            }
+                variant,
+            } => self.rough_diffuse(reflectance, alpha, *variant),
             Material::DiffuseTransmitter {
                 transmittance,
                 below,
+            } => self.diffuse_transmitter(transmittance, below.as_ref()),
+            Material::Conductor {
+                eta,
+                k,
+                specular_reflectance,
+                roughness,
+            } => self.conductor(eta, k, specular_reflectance, roughness.as_ref()),
+            Material::Dielectric {
+                eta,
+                specular_reflectance: reflection,
+                specular_transmittance: transmission,
+                roughness,
+            } => self.dielectric(*eta, reflection, transmission, roughness.as_ref()),
+            Material::ThinDielectric {
+                eta,
+                specular_reflectance: reflection,
+                specular_transmittance: transmission,
+                roughness,
+            } => self.thin_dielectric(*eta, reflection, transmission, roughness.as_ref()),
+            Material::Plastic {
+                eta,
+                diffuse_reflectance: base,
+                specular_reflectance: tint,
+                color_shift,
+                roughness,
             } => {
-                let transmittance = self.color(transmittance);
-                let none = DiffuseTransmitter::plain(transmittance);
-                Model::DiffuseTransmitter(match below {
-                    None => none,
-                    Some(below) => DiffuseTransmitter {
-                        eta: below.eta,
-                        coat: self.float(&below.coat),
-                        ..none
-                    },
-                })
+                let colors = (self.color(base), self.color(tint));
+                let rough = roughness.as_ref().zip(self.coat(id));
+                self.plastic(*eta, colors, *color_shift, rough)
             }
-            Material::Conductor { .. } => self.conductor(material),
-            Material::Dielectric { .. } => self.dielectric(material),
-            Material::ThinDielectric { .. } => self.thin_dielectric(material),
-            Material::Plastic { .. } => self.plastic(id, material),
             Material::Phong {
                 diffuse_reflectance,
                 specular_reflectance,
                 exponent,
-            } => Model::Phong(Phong::new(
-                self.color(diffuse_reflectance),
-                self.color(specular_reflectance),
-                self.float(exponent),
-            )),
+            } => self.phong(diffuse_reflectance, specular_reflectance, exponent),
             Material::Ward {
                 variant,
                 diffuse_reflectance,
@@ -114,11 +122,7 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
                 diffuse_reflectance,
                 specular_reflectance,
                 roughness,
-            } => Model::Substrate(Substrate::new(
-                self.color(diffuse_reflectance),
-                self.color(specular_reflectance),
-                self.microfacets(roughness),
-            )),
+            } => self.substrate(diffuse_reflectance, specular_reflectance, roughness),
             Material::Principled(p) => Model::Principled(self.principled(p)),
             Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),
             Material::Blend { .. }
@@ -134,18 +138,46 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
     }
 
     #[inline(always)]
-    fn conductor(&self, material: &Material) -> Model<'s, S> {
-        let Material::Conductor {
-            eta,
-            k,
-            specular_reflectance,
-            roughness,
-        } = material
-        else {
-            unreachable!("invariant: called for conductors only")
-        };
+    fn rough_diffuse(
+        &self,
+        reflectance: &ColorInput,
+        alpha: &FloatInput,
+        variant: OrenNayarVariant,
+    ) -> Model<'s, S> {
+        let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
+        if alpha.equals(0.0).all() {
+            return Model::Diffuse(Diffuse { reflectance });
+        }
+        Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, variant))
+    }
+
+    #[inline(always)]
+    fn diffuse_transmitter(
+        &self,
+        transmittance: &ColorInput,
+        below: Option<&BelowInterface>,
+    ) -> Model<'s, S> {
+        let none = DiffuseTransmitter::plain(self.color(transmittance));
+        Model::DiffuseTransmitter(match below {
+            None => none,
+            Some(below) => DiffuseTransmitter {
+                eta: below.eta,
+                coat: self.float(&below.coat),
+                ..none
+            },
+        })
+    }
+
+    #[inline(always)]
+    fn conductor(
+        &self,
+        eta: &ColorInput,
+        k: &ColorInput,
+        tint: &ColorInput,
+        roughness: Option<&Roughness>,
+    ) -> Model<'s, S> {
         let fresnel = ConductorFresnel::new(self.color(eta), self.color(k));
-        let tint = self.color(specular_reflectance);
+        let tint = self.color(tint);
         match roughness {
             None => Model::SmoothConductor(SmoothConductor { fresnel, tint }),
             Some(r) => Model::RoughConductor(RoughConductor {
@@ -169,18 +201,14 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
     }
 
     #[inline(always)]
-    fn dielectric(&self, material: &Material) -> Model<'s, S> {
-        let Material::Dielectric {
-            eta,
-            specular_reflectance,
-            specular_transmittance,
-            roughness,
-        } = material
-        else {
-            unreachable!("invariant: called for dielectrics only")
-        };
-        let eta = *eta;
-        let tints = self.interface_tints(specular_reflectance, specular_transmittance);
+    fn dielectric(
+        &self,
+        eta: f32,
+        reflection: &ColorInput,
+        transmission: &ColorInput,
+        roughness: Option<&Roughness>,
+    ) -> Model<'s, S> {
+        let tints = self.interface_tints(reflection, transmission);
         match roughness {
             None => Model::SmoothDielectric(SmoothDielectric { eta, tints }),
             Some(r) => {
@@ -191,18 +219,14 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
     }
 
     #[inline(always)]
-    fn thin_dielectric(&self, material: &Material) -> Model<'s, S> {
-        let Material::ThinDielectric {
-            eta,
-            specular_reflectance,
-            specular_transmittance,
-            roughness,
-        } = material
-        else {
-            unreachable!("invariant: called for thin dielectrics only")
-        };
-        let eta = *eta;
-        let tints = self.interface_tints(specular_reflectance, specular_transmittance);
+    fn thin_dielectric(
+        &self,
+        eta: f32,
+        reflection: &ColorInput,
+        transmission: &ColorInput,
+        roughness: Option<&Roughness>,
+    ) -> Model<'s, S> {
+        let tints = self.interface_tints(reflection, transmission);
         match roughness {
             None => Model::ThinDielectric(ThinDielectric { eta, tints }),
             Some(r) => {
@@ -212,42 +236,57 @@ impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
         }
     }
 
+    /// The tables of the coat of a material, if that is rough.
     #[inline(always)]
-    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s, S> {
-        let Material::Plastic {
-            eta,
-            diffuse_reflectance,
-            specular_reflectance,
-            nonlinear,
-            roughness,
-        } = material
-        else {
-            unreachable!("invariant: called for plastics only")
-        };
-        let shift = if *nonlinear {
-            ColorShift::Nonlinear
-        } else {
-            ColorShift::Linear
-        };
-        let (diffuse, tint) = (
+    fn coat(&self, id: MaterialId) -> Option<&'s Coat> {
+        self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat])
+    }
+
+    /// `rough` is the roughness of the coat with its tables; `None`: smooth.
+    #[inline(always)]
+    fn plastic(
+        &self,
+        eta: f32,
+        (base, tint): (Color<S>, Color<S>),
+        shift: ColorShift,
+        rough: Option<(&ConstantRoughness, &'s Coat)>,
+    ) -> Model<'s, S> {
+        match rough {
+            None => Model::Plastic(Plastic::new(eta, base, tint, shift)),
+            Some((roughness, coat)) => {
+                let alpha = Float::splat(self.x.offset.width(), roughness.alpha);
+                let facets = Microfacets::new(roughness.distribution, alpha, alpha);
+                Model::RoughPlastic(RoughPlastic::new(facets, eta, coat, (base, tint), shift))
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn phong(
+        &self,
+        diffuse_reflectance: &ColorInput,
+        specular_reflectance: &ColorInput,
+        exponent: &FloatInput,
+    ) -> Model<'s, S> {
+        Model::Phong(Phong::new(
             self.color(diffuse_reflectance),
             self.color(specular_reflectance),
-        );
-        let coat = self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
-        match (coat, roughness) {
-            (Some(coat), Some((distribution, alpha))) => {
-                let alpha = Float::splat(self.x.offset.width(), *alpha);
-                let facets = Microfacets::new(*distribution, alpha, alpha);
-                Model::RoughPlastic(RoughPlastic::new(
-                    facets,
-                    *eta,
-                    coat,
-                    (diffuse, tint),
-                    shift,
-                ))
-            }
-            _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
-        }
+            self.float(exponent),
+        ))
+    }
+
+    #[inline(always)]
+    fn substrate(
+        &self,
+        diffuse_reflectance: &ColorInput,
+        specular_reflectance: &ColorInput,
+        roughness: &Roughness,
+    ) -> Model<'s, S> {
+        Model::Substrate(Substrate::new(
+            self.color(diffuse_reflectance),
+            self.color(specular_reflectance),
+            self.microfacets(roughness),
+        ))
     }
 
     #[inline(always)]

@@ -26,6 +26,15 @@ pub struct Roughness {
     pub alpha_v: FloatInput,
 }
 
+/// Roughness of a coat: the same alpha along u and v, without texture, as in Mitsuba.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConstantRoughness {
+    /// The distribution.
+    pub distribution: Distribution,
+    /// Alpha.
+    pub alpha: f32,
+}
+
 /// A scattering model or a wrapper. Wrappers contain the ids of other materials, without cycles.
 #[derive(Clone, Debug)]
 pub enum Material {
@@ -40,9 +49,8 @@ pub enum Material {
         reflectance: ColorInput,
         /// Roughness: √2 times the standard deviation σ of the slopes.
         alpha: FloatInput,
-        /// The full model with interreflection (0.x `useFastApprox = false`) instead of the
-        /// qualitative one.
-        full: bool,
+        /// The formula.
+        variant: OrenNayarVariant,
     },
     /// Lambertian transmission in both directions.
     DiffuseTransmitter {
@@ -94,9 +102,9 @@ pub enum Material {
         /// Factor of the reflection.
         specular_reflectance: ColorInput,
         /// Whether interreflections under the coat change the color.
-        nonlinear: bool,
-        /// Distribution and alpha, which is constant as in Mitsuba; `None`: smooth.
-        roughness: Option<(Distribution, f32)>,
+        color_shift: ColorShift,
+        /// `None`: smooth.
+        roughness: Option<ConstantRoughness>,
     },
     /// Modified Phong (Mitsuba 0.x).
     Phong {
@@ -338,6 +346,24 @@ pub enum Bitangent {
     /// n x s, or the opposite where this number is negative, as by the fourth component of tangents
     /// in glTF.
     Signed(FloatInput),
+}
+
+/// Formula of Oren and Nayar's model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrenNayarVariant {
+    /// The full model, with interreflection (Mitsuba 0.x `useFastApprox = false`).
+    Full,
+    /// The qualitative model, without interreflection (`useFastApprox = true`).
+    Qualitative,
+}
+
+/// Whether interreflections under the coat change the color.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColorShift {
+    /// Yes: each channel loses light by its own albedo.
+    Nonlinear,
+    /// No: each channel loses light as for an albedo of 1, which is Mitsuba's default.
+    Linear,
 }
 
 /// Normalization of the Ward model.

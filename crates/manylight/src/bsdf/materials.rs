@@ -1,6 +1,6 @@
 //! The materials of a scene.
 
-use super::material::Material;
+use super::material::{ConstantRoughness, Material};
 use super::models::coat::Coat;
 use super::models::coat_family::{self, CoatParameters};
 use crate::ids::MaterialId;
@@ -28,7 +28,11 @@ impl Materials {
             .map(|material| {
                 let &Material::Plastic {
                     eta,
-                    roughness: Some((distribution, alpha)),
+                    roughness:
+                        Some(ConstantRoughness {
+                            distribution,
+                            alpha,
+                        }),
                     ..
                 } = material
                 else {

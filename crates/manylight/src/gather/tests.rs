@@ -3,6 +3,7 @@
 use super::light_points::light_part;
 use super::points::{Batch, LightCylinder};
 use super::*;
+use crate::bsdf::material::ColorShift;
 use crate::bsdf::{Lobes, Material};
 use crate::color::Rgb;
 use crate::geometry::Segment;
@@ -241,7 +242,7 @@ pub(super) fn many_materials() -> Scene {
         eta: 1.5,
         diffuse_reflectance: ColorInput::Constant(Rgb::new(0.5, 0.3, 0.4)),
         specular_reflectance: ColorInput::Constant(Rgb::WHITE),
-        nonlinear: true,
+        color_shift: ColorShift::Nonlinear,
         roughness: None,
     });
     let pane = b.material(glass());

@@ -45,7 +45,7 @@ fn check_material(desc: &SceneDesc, material: &Material) -> Checked {
         Material::Dielectric { eta, .. } | Material::ThinDielectric { eta, .. } => check_eta(eta),
         Material::Plastic { eta, roughness, .. } => {
             check_eta(eta)?;
-            check_number("the roughness", roughness.map_or(0.0, |(_, alpha)| alpha))
+            check_number("the roughness", roughness.map_or(0.0, |r| r.alpha))
         }
         Material::Principled(ref p) => {
             let film = p.layers.and_then(|layers| layers.film);

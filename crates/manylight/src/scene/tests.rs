@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bsdf::Material;
+use crate::bsdf::material::ColorShift;
 use crate::emitters::Emitter;
 use crate::film::{FilmDesc, Filter};
 use crate::geometry::{Mesh, Shape};
@@ -331,7 +332,7 @@ fn numbers_that_are_not_finite_are_refused() {
                 eta: 0.0,
                 diffuse_reflectance: ColorInput::Constant(Rgb::WHITE),
                 specular_reflectance: ColorInput::Constant(Rgb::WHITE),
-                nonlinear: false,
+                color_shift: ColorShift::Linear,
                 roughness: None,
             }
         },

@@ -1,7 +1,7 @@
 //! Small scenes for tests, and a builder for them.
 
 use crate::bsdf::Material;
-use crate::bsdf::material::{Distribution, Roughness};
+use crate::bsdf::material::{ColorShift, ConstantRoughness, Distribution, Roughness};
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::film::{FilmDesc, Filter};
@@ -44,8 +44,11 @@ pub fn rough_plastic(alpha: f32, base: Rgb) -> Material {
         eta: 1.5,
         diffuse_reflectance: ColorInput::Constant(base),
         specular_reflectance: ColorInput::Constant(Rgb::WHITE),
-        nonlinear: false,
-        roughness: Some((Distribution::Ggx, alpha)),
+        color_shift: ColorShift::Linear,
+        roughness: Some(ConstantRoughness {
+            distribution: Distribution::Ggx,
+            alpha,
+        }),
     }
 }
 

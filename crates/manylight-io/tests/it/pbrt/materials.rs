@@ -2,7 +2,7 @@
 
 use super::{PbrtFiles, load, loaded};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::Distribution;
+use manylight::bsdf::material::{ColorShift, ConstantRoughness, Distribution};
 use manylight::color::Rgb;
 use manylight::scene::SceneDesc;
 use manylight::texture::{ColorInput, FloatInput};
@@ -121,8 +121,11 @@ fn dielectrics_and_coats_have_their_index() {
         ),
         Material::Plastic {
             eta: 1.5,
-            nonlinear: true,
-            roughness: Some((Distribution::Ggx, 0.2)),
+            color_shift: ColorShift::Nonlinear,
+            roughness: Some(ConstantRoughness {
+                distribution: Distribution::Ggx,
+                alpha: 0.2
+            }),
             ..
         }
     ));
@@ -207,7 +210,7 @@ fn textured_roughness_is_mapped_after_loading() {
     assert!((alpha - 0.5).abs() < 1e-6, "{alpha}");
     assert!(matches!(
         last(desc),
-        Material::Plastic { roughness: Some((_, alpha)), .. } if (alpha - 0.5).abs() < 1e-6
+        Material::Plastic { roughness: Some(rough), .. } if (rough.alpha - 0.5).abs() < 1e-6
     ));
     assert_eq!(loaded.warnings.len(), 1);
 }

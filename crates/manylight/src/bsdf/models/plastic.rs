@@ -5,6 +5,7 @@ use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::material::ColorShift;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
@@ -13,15 +14,6 @@ use crate::lanes::{
 };
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
-
-/// Whether interreflections under the coat change the color of the base.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::bsdf) enum ColorShift {
-    /// Yes: each channel loses light by its own albedo.
-    Nonlinear,
-    /// No: each channel loses light as for an albedo of 1, which is Mitsuba's default.
-    Linear,
-}
 
 /// The colors of coat and base, and the choice between both.
 #[derive(Clone, Copy, Debug)]

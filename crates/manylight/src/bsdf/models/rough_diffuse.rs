@@ -4,6 +4,7 @@
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::material::OrenNayarVariant;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
@@ -16,7 +17,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 pub(in crate::bsdf) struct RoughDiffuse<S: Width> {
     reflectance: Color<S>,
     sigma2: Float<S>,
-    full: bool,
+    variant: OrenNayarVariant,
 }
 
 /// Sines and cosines of the angles in both forms of the model. `alpha` is the larger polar angle,
@@ -54,12 +55,16 @@ impl<S: Width> Angles<S> {
 
 impl<S: Width> RoughDiffuse<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn new(reflectance: Color<S>, alpha: Float<S>, full: bool) -> Self {
+    pub(in crate::bsdf) fn new(
+        reflectance: Color<S>,
+        alpha: Float<S>,
+        variant: OrenNayarVariant,
+    ) -> Self {
         // Mitsuba 0.x takes Beckmann's alpha; σ = alpha / √2 matches it.
         RoughDiffuse {
             reflectance,
             sigma2: 0.5 * alpha * alpha,
-            full,
+            variant,
         }
     }
 
@@ -115,10 +120,9 @@ impl<S: Width> ScatteringModel<S> for RoughDiffuse<S> {
         let class = self.lobes().and(lobes);
         let above = wi.z.gt(0.0) & wo.z.gt(0.0) & class.any();
         let angles = Angles::new(wi, wo);
-        let shape = if self.full {
-            self.full_model(&angles)
-        } else {
-            self.qualitative_model(&angles)
+        let shape = match self.variant {
+            OrenNayarVariant::Full => self.full_model(&angles),
+            OrenNayarVariant::Qualitative => self.qualitative_model(&angles),
         };
         let pdf = wi.z * FRAC_1_PI;
         let value = shape * pdf;
@@ -164,14 +168,15 @@ impl ModelBound for RoughDiffuse<One> {
         let first = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
         let rough = sigma2 / (sigma2 + 0.09);
         let single = first * projection + 0.45 * rough * grazing;
-        let (single, double) = if self.full {
-            let double = 0.17 * sigma2 / (sigma2 + 0.13);
-            (
-                single + 0.125 * rough * 2.0 * steep,
-                2.0 * double * projection,
-            )
-        } else {
-            (single, 0.0)
+        let (single, double) = match self.variant {
+            OrenNayarVariant::Full => {
+                let double = 0.17 * sigma2 / (sigma2 + 0.13);
+                (
+                    single + 0.125 * rough * 2.0 * steep,
+                    2.0 * double * projection,
+                )
+            }
+            OrenNayarVariant::Qualitative => (single, 0.0),
         };
         let rho = self.reflectance.max_channel().get();
         rho * (single + rho * double) * FRAC_1_PI

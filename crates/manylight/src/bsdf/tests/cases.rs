@@ -1,8 +1,9 @@
 //! A case for every model and every wrapper.
 
 use crate::bsdf::material::{
-    BelowInterface, Bitangent, CoatReflection, Distribution, PrincipledLayers, PrincipledMaterial,
-    PrincipledThinMaterial, Roughness, ThinFilm, WardVariant,
+    BelowInterface, Bitangent, CoatReflection, ColorShift, ConstantRoughness, Distribution,
+    OrenNayarVariant, PrincipledLayers, PrincipledMaterial, PrincipledThinMaterial, Roughness,
+    ThinFilm, WardVariant,
 };
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
@@ -35,6 +36,13 @@ fn rough(distribution: Distribution, u: f32, v: f32) -> Option<Roughness> {
         distribution,
         alpha_u: float(u),
         alpha_v: float(v),
+    })
+}
+
+fn rough_coat(distribution: Distribution, alpha: f32) -> Option<ConstantRoughness> {
+    Some(ConstantRoughness {
+        distribution,
+        alpha,
     })
 }
 
@@ -76,21 +84,26 @@ fn pane(eta: f32, roughness: Option<Roughness>) -> Material {
 fn plastic(
     eta: f32,
     tint: ColorInput,
-    nonlinear: bool,
-    roughness: Option<(Distribution, f32)>,
+    color_shift: ColorShift,
+    roughness: Option<ConstantRoughness>,
 ) -> Material {
     let diffuse_reflectance = rgb(0.5, 0.3, 0.1);
     Material::Plastic {
         eta,
         diffuse_reflectance,
         specular_reflectance: tint,
-        nonlinear,
+        color_shift,
         roughness,
     }
 }
 
 fn varnish() -> Material {
-    plastic(1.5, WHITE, true, Some((Distribution::Ggx, 0.2)))
+    plastic(
+        1.5,
+        WHITE,
+        ColorShift::Nonlinear,
+        rough_coat(Distribution::Ggx, 0.2),
+    )
 }
 
 fn principled(roughness: f32) -> PrincipledMaterial {
@@ -266,7 +279,7 @@ fn diffuse_and_conductors() -> Vec<Named> {
             vec![Material::RoughDiffuse {
                 reflectance: rgb(0.2, 0.5, 0.8),
                 alpha: float(0.4),
-                full: false,
+                variant: OrenNayarVariant::Qualitative,
             }],
         ),
         (
@@ -274,7 +287,7 @@ fn diffuse_and_conductors() -> Vec<Named> {
             vec![Material::RoughDiffuse {
                 reflectance: rgb(0.2, 0.5, 0.8),
                 alpha: float(0.5),
-                full: true,
+                variant: OrenNayarVariant::Full,
             }],
         ),
         (
@@ -413,26 +426,30 @@ fn dielectrics() -> Vec<Named> {
 }
 
 fn coats_and_empirical_models() -> Vec<Named> {
+    use ColorShift::{Linear, Nonlinear};
     use Distribution::{Beckmann, Ggx};
     vec![
         (
             "plastic",
-            vec![plastic(1.5, rgb(0.9, 0.8, 0.7), false, None)],
+            vec![plastic(1.5, rgb(0.9, 0.8, 0.7), Linear, None)],
         ),
-        ("plastic_nonlinear", vec![plastic(1.9, WHITE, true, None)]),
+        (
+            "plastic_nonlinear",
+            vec![plastic(1.9, WHITE, Nonlinear, None)],
+        ),
         ("rough_plastic_ggx", vec![varnish()]),
         (
             "rough_plastic_beckmann",
             vec![plastic(
                 1.49 / 1.000_277,
                 rgb(0.9, 0.8, 0.7),
-                false,
-                Some((Beckmann, 0.1)),
+                Linear,
+                rough_coat(Beckmann, 0.1),
             )],
         ),
         (
             "rough_plastic_narrow",
-            vec![plastic(1.5, WHITE, false, Some((Ggx, 0.05)))],
+            vec![plastic(1.5, WHITE, Linear, rough_coat(Ggx, 0.05))],
         ),
         (
             "phong",
@@ -594,7 +611,7 @@ pub(super) fn unequal_lobes() -> Vec<Case> {
                 eta: 1.9,
                 diffuse_reflectance: rgb(0.1, 0.1, 0.1),
                 specular_reflectance: WHITE,
-                nonlinear: true,
+                color_shift: ColorShift::Nonlinear,
                 roughness: None,
             }],
         ),
@@ -746,7 +763,7 @@ fn tilts() -> Vec<Named> {
         ),
         (
             "normal_map_plastic",
-            vec![plastic(1.5, WHITE, false, None), mapped(0)],
+            vec![plastic(1.5, WHITE, ColorShift::Linear, None), mapped(0)],
         ),
     ]
 }

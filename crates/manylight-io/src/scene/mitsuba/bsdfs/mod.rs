@@ -15,7 +15,8 @@ use super::props::Props;
 use super::values::ObjectId;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{
-    Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+    ColorShift, ConstantRoughness, OrenNayarVariant, PrincipledMaterial, PrincipledThinMaterial,
+    Roughness, WardVariant,
 };
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
@@ -119,11 +120,7 @@ impl DescBuilder<'_> {
             "diffuse" => Material::Diffuse {
                 reflectance: self.reflectance(props, "reflectance", 0.5),
             },
-            "roughdiffuse" => Material::RoughDiffuse {
-                reflectance: self.reflectance(props, "reflectance", 0.5),
-                alpha: self.float_input(props, "alpha", 0.2),
-                full: !props.boolean("use_fast_approx", false),
-            },
+            "roughdiffuse" => self.rough_diffuse(props),
             "conductor" => self.conductor(props, None),
             "roughconductor" => {
                 let roughness = self.roughness(props);
@@ -145,7 +142,11 @@ impl DescBuilder<'_> {
                 props.ignore(&["sample_visible"]);
                 let distribution = self.distribution(props);
                 let alpha = roughness::isotropic_alpha(props);
-                self.plastic(props, Some((distribution, alpha)))
+                let roughness = ConstantRoughness {
+                    distribution,
+                    alpha,
+                };
+                self.plastic(props, Some(roughness))
             }
             "phong" => self.phong(props),
             "ward" => self.ward(props),
@@ -184,6 +185,17 @@ impl DescBuilder<'_> {
         self.color_input(props, name, default, ColorUse::Reflectance)
     }
 
+    fn rough_diffuse(&mut self, props: &Props<'_>) -> Material {
+        Material::RoughDiffuse {
+            reflectance: self.reflectance(props, "reflectance", 0.5),
+            alpha: self.float_input(props, "alpha", 0.2),
+            variant: match props.boolean("use_fast_approx", false) {
+                true => OrenNayarVariant::Qualitative,
+                false => OrenNayarVariant::Full,
+            },
+        }
+    }
+
     fn conductor(&mut self, props: &Props<'_>, roughness: Option<Roughness>) -> Material {
         let named = self.named_metal(props);
         let (eta, k) = match named {
@@ -220,12 +232,15 @@ impl DescBuilder<'_> {
         }
     }
 
-    fn plastic(&mut self, props: &Props<'_>, roughness: Option<(Distribution, f32)>) -> Material {
+    fn plastic(&mut self, props: &Props<'_>, roughness: Option<ConstantRoughness>) -> Material {
         Material::Plastic {
             eta: self.relative_ior(props, "polypropylene"),
             diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
             specular_reflectance: self.reflectance(props, "specular_reflectance", 1.0),
-            nonlinear: props.boolean("nonlinear", false),
+            color_shift: match props.boolean("nonlinear", false) {
+                true => ColorShift::Nonlinear,
+                false => ColorShift::Linear,
+            },
             roughness,
         }
     }

@@ -16,7 +16,7 @@ use super::entities::{Entity, MaterialRef};
 use super::param_types::{ParamType, Values};
 use crate::image::Transfer;
 use manylight::bsdf::Material;
-use manylight::bsdf::material::{Bitangent, Distribution};
+use manylight::bsdf::material::{Bitangent, ColorShift};
 use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
 use manylight::texture::{ColorInput, Filtering, FloatInput, Wrap};
@@ -193,13 +193,13 @@ impl Builder<'_> {
         self.ignore_layers(entity);
         let diffuse_reflectance = self.reflectance(entity, "reflectance", 0.5);
         let eta = self.eta(entity, "eta", 1.5);
-        let alpha = self.roughness(entity, "", 0.0);
-        let roughness = alpha.map(|alpha| (Distribution::Ggx, self.one_alpha(entity, &alpha)));
+        let roughness = self.roughness(entity, "", 0.0);
+        let roughness = roughness.map(|rough| self.constant_roughness(entity, &rough));
         Material::Plastic {
             eta,
             diffuse_reflectance,
             specular_reflectance: WHITE,
-            nonlinear: true,
+            color_shift: ColorShift::Nonlinear,
             roughness,
         }
     }

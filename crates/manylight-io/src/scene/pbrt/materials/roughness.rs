@@ -6,7 +6,7 @@ use super::super::super::pixels::luminance;
 use super::super::builder::Builder;
 use super::super::entities::Entity;
 use manylight::bsdf::Material;
-use manylight::bsdf::material::{Distribution, Roughness};
+use manylight::bsdf::material::{ConstantRoughness, Distribution, Roughness};
 use manylight::ids::{MaterialId, TextureId};
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec2};
@@ -151,16 +151,20 @@ impl Builder<'_> {
         texture
     }
 
-    /// The constant alpha of a coat. Textures are replaced by their mean, and different values
+    /// The constant roughness of a coat. Textures are replaced by their mean, and different values
     /// along u and v by their geometric mean.
-    pub(super) fn one_alpha(&mut self, entity: &Entity<'_>, roughness: &Roughness) -> f32 {
+    pub(super) fn constant_roughness(
+        &mut self,
+        entity: &Entity<'_>,
+        roughness: &Roughness,
+    ) -> ConstantRoughness {
         let params = &entity.params;
         let warn = |what: &str| {
             let object = params.describe();
             let message = format!("{what} roughness of {object} is replaced by its mean");
             params.unsupported(format!("{what} coat"), message);
         };
-        match (roughness.alpha_u, roughness.alpha_v) {
+        let alpha = match (roughness.alpha_u, roughness.alpha_v) {
             (FloatInput::Constant(u), FloatInput::Constant(v)) => {
                 if u != v {
                     warn("the anisotropic");
@@ -172,6 +176,10 @@ impl Builder<'_> {
                 self.set_alpha_of_next_material(id);
                 SMOOTH
             }
+        };
+        ConstantRoughness {
+            distribution: roughness.distribution,
+            alpha,
         }
     }
 
@@ -190,7 +198,7 @@ impl Builder<'_> {
             let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
             for material in materials.take() {
                 if let Some(Material::Plastic {
-                    roughness: Some((_, alpha)),
+                    roughness: Some(ConstantRoughness { alpha, .. }),
                     ..
                 }) = desc.materials.get_mut(material.index())
                 {

@@ -6,7 +6,7 @@ use super::super::super::sink::Problem;
 use super::super::builder::Builder;
 use super::super::entities::Entity;
 use manylight::bsdf::Material;
-use manylight::bsdf::material::Roughness;
+use manylight::bsdf::material::{ColorShift, Roughness};
 use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
 use manylight::scene::SceneDesc;
@@ -92,7 +92,7 @@ impl Builder<'_> {
             Material::Plastic {
                 diffuse_reflectance,
                 specular_reflectance,
-                nonlinear: false,
+                color_shift: ColorShift::Linear,
                 ..
             } => {
                 times(diffuse_reflectance);

@@ -8,7 +8,9 @@ use super::super::entities::Entity;
 use super::conductors::mirror;
 use super::sums::{Part, is_black};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::{Distribution, PrincipledMaterial, PrincipledThinMaterial};
+use manylight::bsdf::material::{
+    ColorShift, OrenNayarVariant, PrincipledMaterial, PrincipledThinMaterial,
+};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
@@ -104,7 +106,7 @@ impl Builder<'_> {
                 self.both_sides(Material::RoughDiffuse {
                     reflectance,
                     alpha: FloatInput::Constant(alpha),
-                    full: false,
+                    variant: OrenNayarVariant::Qualitative,
                 })
             }
             FloatInput::Texture(_) => self.diffuse(reflectance),
@@ -135,12 +137,12 @@ impl Builder<'_> {
         default_roughness: f32,
     ) -> Material {
         let roughness = self.roughness(entity, "", default_roughness);
-        let roughness = roughness.map(|alpha| (Distribution::Ggx, self.one_alpha(entity, &alpha)));
+        let roughness = roughness.map(|rough| self.constant_roughness(entity, &rough));
         Material::Plastic {
             eta,
             diffuse_reflectance: base,
             specular_reflectance: specular,
-            nonlinear: false,
+            color_shift: ColorShift::Linear,
             roughness,
         }
     }
