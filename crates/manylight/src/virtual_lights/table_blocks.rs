@@ -179,7 +179,7 @@ fn pack_block(texels: &[Option<Rgb>; EDGE * EDGE]) -> Option<[u32; WORDS]> {
     let mut levels = [0u32; 2];
     for (place, texel) in texels.iter().enumerate() {
         let level = texel.map_or(0.0, |texel| (sum(texel) - low) / range * LEVELS);
-        let level = level.round().clamp(0.0, LEVELS) as u32;
+        let level = (level.clamp(0.0, LEVELS) + 0.5) as u32;
         levels[place / 8] |= level << (LEVEL_BITS as usize * (place & 7));
     }
     Some([levels[0], header >> LEVEL_BITS, levels[1]])

@@ -5,7 +5,8 @@ use super::table_blocks::{BIAS, BlockTexels, MAX_SIDE, expected_bytes, pack_bloc
 use super::table_lookup::Cells;
 use crate::arrays::{FoundArray, InvalidArray, NamedArray, read_floats, read_words};
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, Mask, One, Vector, Width, Word};
+use crate::lanes::{Color, Float, LANES, Mask, One, Vector, Width, Word};
+use crate::simd::{Isa, Simd, SimdKernel};
 use bytemuck::{Pod, Zeroable};
 
 /// Format of the texels of a table.
@@ -59,8 +60,8 @@ impl TableStorage {
 
 /// A stored color.
 pub(crate) trait Texel: Pod {
-    /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
-    fn new(color: Rgb) -> Self;
+    /// Colors rounded to the nearest. Channels must be at most [`BRIGHTEST`].
+    fn pack(colors: &[Rgb]) -> Vec<Self>;
     /// The color.
     fn rgb(self) -> Rgb;
 }
@@ -70,8 +71,8 @@ pub(crate) trait Texel: Pod {
 const BRIGHTEST: f32 = 32_768.0;
 
 impl Texel for Rgb {
-    fn new(color: Rgb) -> Self {
-        color
+    fn pack(colors: &[Rgb]) -> Vec<Self> {
+        colors.to_vec()
     }
 
     fn rgb(self) -> Rgb {
@@ -92,16 +93,8 @@ const MANTISSAS: f32 = 512.0;
 const UNIT: i32 = -24;
 
 impl Texel for SharedExponent {
-    fn new(color: Rgb) -> Self {
-        let color = color.map(|x| x.max(0.0));
-        let exponent_of = |x: f32| (x.to_bits() >> 23) as i32 - BIAS;
-        let unit = |stored: i32| f32::from_bits(((stored + UNIT + BIAS) as u32) << 23);
-        let mut stored = (exponent_of(color.max_channel()) + 1 - 9 - UNIT).max(0);
-        if (color.max_channel() / unit(stored)).round() >= MANTISSAS {
-            stored += 1;
-        }
-        let [r, g, b] = color.to_array().map(|x| (x / unit(stored)).round() as u32);
-        SharedExponent(r | g << 9 | b << 18 | (stored as u32) << 27)
+    fn pack(colors: &[Rgb]) -> Vec<Self> {
+        Isa::best().run(PackShared(colors))
     }
 
     fn rgb(self) -> Rgb {
@@ -110,12 +103,57 @@ impl Texel for SharedExponent {
 }
 
 impl SharedExponent {
+    /// The word of the color in each lane.
+    #[inline(always)]
+    fn words<S: Width>(color: Color<S>) -> Word<S> {
+        let s = color.r.width();
+        let color = Color::new(color.r.max(0.0), color.g.max(0.0), color.b.max(0.0));
+        let most = color.max_channel();
+        // The exponent of the unit is nine less than that of the power of two above the largest.
+        let least = (BIAS - 1 + 9 + UNIT) as f32;
+        let stored = ((most.to_bits() >> 23).integer() - least).max(0.0);
+        let per_unit = |stored: Float<S>| {
+            let exponents = Word::splat(s, (BIAS - UNIT) as u32) - stored.to_word();
+            (exponents << 23).to_float()
+        };
+        let rounds_up = (most * per_unit(stored)).ge(MANTISSAS - 0.5);
+        let stored = rounds_up.select(stored + 1.0, stored);
+        let mantissas = color * per_unit(stored);
+        mantissas.r.to_word()
+            + (mantissas.g.to_word() << 9)
+            + (mantissas.b.to_word() << 18)
+            + (stored.to_word() << 27)
+    }
+
     /// The color of the word in each lane.
     #[inline(always)]
     fn colors<S: Width>(words: Word<S>) -> Color<S> {
         let unit = power_of_two(words >> 27, UNIT);
         let (r, g, b) = (words & 511, words >> 9 & 511, words >> 18 & 511);
         Color::new(r.integer(), g.integer(), b.integer()) * unit
+    }
+}
+
+/// Kernel of [`SharedExponent::pack`].
+struct PackShared<'a>(&'a [Rgb]);
+
+impl SimdKernel for PackShared<'_> {
+    type Output = Vec<SharedExponent>;
+
+    #[inline(always)]
+    fn run<I: Simd>(self, isa: I) -> Vec<SharedExponent> {
+        let mut packed = Vec::with_capacity(self.0.len());
+        for colors in self.0.chunks(LANES) {
+            let last = colors.len() - 1;
+            let color = Color::from_fn(isa.wide(), |i| colors[i.min(last)]);
+            let words = SharedExponent::words(color).store();
+            packed.extend(
+                words[..colors.len()]
+                    .iter()
+                    .map(|&word| SharedExponent(word)),
+            );
+        }
+        packed
     }
 }
 
@@ -323,7 +361,8 @@ impl OctahedralTables {
 /// `weights`.
 fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
     let unit = unit_of(texels);
-    let packed: Vec<T> = texels.iter().map(|&t| T::new(t / unit)).collect();
+    let scaled: Vec<Rgb> = texels.iter().map(|&t| t / unit).collect();
+    let packed = T::pack(&scaled);
     PackedTable {
         scale: scale_that_keeps_the_sum(texels, |t| packed[t].rgb(), weights),
         words: bytemuck::pod_collect_to_vec(&packed),
@@ -425,11 +464,12 @@ mod tests {
     fn packed_colors_are_near() {
         let mut rng = Pcg::new(1);
         let exact = [0.0, 1.0, 255.5, 511.0, BRIGHTEST].map(Rgb::splat);
-        assert_eq!(exact.map(|x| SharedExponent::new(x).rgb()), exact);
+        let packed = SharedExponent::pack(&exact);
+        assert!(packed.iter().map(|texel| texel.rgb()).eq(exact));
         for _ in 0..10_000 {
             let size = 2f32.powf(30.0 * rng.next_f32() - 15.0);
             let color = Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * size;
-            let (got, most) = (SharedExponent::new(color).rgb(), color.max_channel());
+            let (got, most) = (SharedExponent::pack(&[color])[0].rgb(), color.max_channel());
             for (a, b) in got.to_array().into_iter().zip(color.to_array()) {
                 let unit = 2f32.powi(UNIT);
                 assert!((a - b).abs() <= most / 512.0 + 0.5 * unit, "{a} {b}");
