@@ -108,6 +108,26 @@ impl<'s> Bsdf<'s> {
         is_one_sided.any().then(|| n.into())
     }
 
+    /// The function in all lanes.
+    #[inline(always)]
+    pub(crate) fn in_lanes<S: Width>(&self, s: S) -> Bsdf<'s, S> {
+        let mut leaves = [None; MAX_LEAVES];
+        for (all, leaf) in leaves.iter_mut().zip(self.leaves()) {
+            *all = Some(leaf.in_lanes(s));
+        }
+        let [front, back] = &self.pass_through;
+        Bsdf {
+            ng: self.ng.in_lanes(s),
+            frame: self.frame.in_lanes(s),
+            leaves,
+            pass_through: [front.in_lanes(s), back.in_lanes(s)],
+            is_transparent: self.is_transparent,
+            transmits: self.transmits.in_lanes(s),
+            classes: self.classes.in_lanes(s),
+            is_defensive: self.is_defensive.in_lanes(s),
+        }
+    }
+
     /// Whether a bump or normal map tilts the normal of some leaf.
     pub(super) fn is_tilted(&self) -> bool {
         self.leaves().any(|leaf| leaf.tilted().is_some())

@@ -331,7 +331,21 @@ impl<S: Width> FrameChoice<S> {
     }
 }
 
-impl Leaf<'_, One> {
+impl<'s> Leaf<'s, One> {
+    /// The leaf in all lanes.
+    #[inline(always)]
+    pub(super) fn in_lanes<S: Width>(&self, s: S) -> Leaf<'s, S> {
+        Leaf {
+            model: self.model.in_lanes(s),
+            weight: self.weight.in_lanes(s),
+            outer: self.outer,
+            tilt: self.tilt.map(|tilt| tilt.in_lanes(s)),
+            inner: self.inner,
+            diffuse_is_glossy: self.diffuse_is_glossy.in_lanes(s),
+            lobes: self.lobes.in_lanes(s),
+        }
+    }
+
     /// Upper bound of all channels of `f(wi → wo) |cosθ_i|` times the projected cosine of
     /// `leaving`, over the directions `wo` in that cone. It uses the reciprocity of the model.
     pub(super) fn bound_leaving(&self, wi: Vec3, leaving: &IncidentCone, lobes: Lobes) -> f32 {

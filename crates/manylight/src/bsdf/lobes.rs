@@ -1,7 +1,7 @@
 //! Classes of lobes, by which the path partition (docs/path_partition.md) distinguishes scattering
 //! events.
 
-use crate::lanes::{Float, Mask, One, Width};
+use crate::lanes::{Float, Mask, One, Width, in_lanes};
 
 /// Roughness alpha below which a microfacet lobe is near-delta: such a lobe is narrower than a
 /// texel of a 32 x 32 octahedral table. It is a constant and no option, because the class of a lobe
@@ -68,6 +68,13 @@ pub(super) struct Classes<S: Width> {
     pub near_delta: Mask<S>,
     pub delta: Mask<S>,
 }
+
+in_lanes!(Classes {
+    diffuse,
+    glossy,
+    near_delta,
+    delta
+});
 
 impl<S: Width> Classes<S> {
     /// The set `lobes` in all lanes.

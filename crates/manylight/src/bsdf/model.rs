@@ -77,6 +77,16 @@ macro_rules! models {
             }
         }
 
+        impl<'s> Model<'s, One> {
+            /// The model in all lanes.
+            #[inline(always)]
+            pub(super) fn in_lanes<S: Width>(&self, s: S) -> Model<'s, S> {
+                match self {
+                    $(Model::$name(model) => Model::$name(model.in_lanes(s)),)*
+                }
+            }
+        }
+
         impl ModelBound for Model<'_, One> {
             #[inline]
             fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {

@@ -1,6 +1,6 @@
 //! Tilted shading frames.
 
-use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, lanewise};
+use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, in_lanes, lanewise};
 use crate::math::Vec3;
 
 /// A normal tilted by a bump or normal map, in the shading frame.
@@ -20,6 +20,12 @@ pub(super) struct Tilt<S: Width> {
     /// shading frame.
     pub(super) is_tilted: Mask<S>,
 }
+
+in_lanes!(Tilt {
+    normal,
+    tangent,
+    is_tilted
+});
 
 /// The attenuation of a tilt with a fixed `wo`.
 #[derive(Clone, Copy, Debug)]

@@ -28,7 +28,7 @@ pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub(crate) use numbers::Stored;
 pub use numbers::{Float, Mask, Operand, Word};
-pub(crate) use stored::{CacheAligned, lanewise};
+pub(crate) use stored::{CacheAligned, in_lanes, lanewise};
 pub use vector::{Axes, Color, Pair, Vector};
 
 use crate::color::Rgb;

@@ -25,18 +25,29 @@ impl<T> DerefMut for CacheAligned<T> {
     }
 }
 
-/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all
-/// lanes; `set_lane` and `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads
-/// it into vectors. Fields after a semicolon are common to the lanes.
-macro_rules! lanewise {
-    ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),*)? }) => {
-        #[allow(dead_code, reason = "not all structures need all conversions")]
+/// A structure of numbers in lanes from a single one, which all lanes get: `in_lanes`. Fields after
+/// a semicolon are common to the lanes.
+macro_rules! in_lanes {
+    ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),* $(,)?)? }) => {
         impl $(<$life>)? $name<$($life,)? $crate::lanes::One> {
             #[inline(always)]
+            #[allow(dead_code, reason = "not all structures need all conversions")]
             pub(crate) fn in_lanes<S: $crate::lanes::Width>(&self, s: S) -> $name<$($life,)? S> {
                 $name { $($field: self.$field.in_lanes(s),)* $($($common: self.$common,)*)? }
             }
         }
+    };
+}
+
+pub(crate) use in_lanes;
+
+/// Conversions of a structure of numbers in lanes, by fields: [`in_lanes`]; `set_lane` and `lane`
+/// write and read one lane of a [`Stored`] one, and `in_vectors` loads it into vectors.
+macro_rules! lanewise {
+    ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),*)? }) => {
+        $crate::lanes::in_lanes!(
+            $name $(<$life>)? { $($field),* $(; $($common),*)? }
+        );
 
         #[allow(dead_code, reason = "not all structures need all conversions")]
         impl $(<$life>)? $name<$($life,)? $crate::lanes::Stored> {

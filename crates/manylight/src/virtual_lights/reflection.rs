@@ -1,12 +1,13 @@
 //! One reflected light path, and directions sampled from its glossy lobes: the input of all glossy
 //! forms.
 
-use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
+use crate::bsdf::{Bsdf, BsdfNumbers, Lobes, Numbers};
 use crate::color::Rgb;
+use crate::lanes::{Float, Pair, Vector, Width, lane};
 use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
-use crate::simd::array;
+use crate::simd::{Isa, LaneKernel, array, set_bits};
 
 /// Number of directions, over all paths of a light, from which the reflected flux is estimated.
 /// Where half of the directions lie in the domain, the relative standard deviation is `1/√256`, 6
@@ -40,30 +41,86 @@ impl Reflection<'_> {
         self.bsdf.f_cos_wo(self.wi, w, Lobes::NON_SPECULAR) * self.flux
     }
 
-    /// Direction `i` of the sequence that begins at `shift`, sampled from the glossy lobes, with
-    /// its flux in W and the relative index of refraction of the event; `None` if no direction is
-    /// sampled.
-    fn sample_glossy(&self, shift: [f32; 3], i: u32) -> Option<(Vec3, Rgb, f32)> {
-        let u: [f32; 3] = array(|c| {
-            (shift[c] + STEPS[c] * i as f32)
-                .fract()
-                .min(ONE_MINUS_EPSILON)
-        });
+    /// Direction `i` of a sequence, sampled from the glossy lobes, with its flux in W; `None` if no
+    /// direction is sampled.
+    fn sample_glossy(&self, sequence: &Sequence, i: u32) -> Option<(Vec3, Rgb)> {
+        let [lobe, u, v] = sequence.numbers(i);
         let numbers = BsdfNumbers {
-            lobe: u[0],
-            direction: Vec2::new(u[1], u[2]),
+            lobe,
+            direction: Vec2::new(u, v),
         };
         let sample = self.bsdf.sample_wo(self.wi, numbers, Lobes::GLOSSY)?;
-        Some((sample.w, self.flux * sample.weight, sample.eta))
+        Some((sample.w, self.flux * sample.weight))
     }
 
     /// Samples `count` directions from the glossy lobes: calls `visit` with each, its flux in W,
     /// and the relative index of refraction.
-    pub(super) fn scatter(&self, count: u32, rng: &mut Pcg, mut visit: impl FnMut(Vec3, Rgb, f32)) {
-        let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-        for i in 1..=count {
-            if let Some((w, flux, eta)) = self.sample_glossy(shift, i) {
-                visit(w, flux / count as f32, eta);
+    pub(super) fn scatter(&self, count: u32, rng: &mut Pcg, visit: impl FnMut(Vec3, Rgb, f32)) {
+        Isa::best().run_lanes(Scatter {
+            path: self,
+            count,
+            sequence: Sequence::new(rng),
+            visit,
+        });
+    }
+}
+
+/// An additive recurrence in three dimensions.
+struct Sequence {
+    shift: [f32; 3],
+}
+
+impl Sequence {
+    /// A sequence that begins anywhere.
+    fn new(rng: &mut Pcg) -> Self {
+        Sequence {
+            shift: [rng.next_f32(), rng.next_f32(), rng.next_f32()],
+        }
+    }
+
+    /// The numbers `i`, in [0, 1).
+    #[inline(always)]
+    fn numbers(&self, i: u32) -> [f32; 3] {
+        array(|c| {
+            (self.shift[c] + STEPS[c] * i as f32)
+                .fract()
+                .min(ONE_MINUS_EPSILON)
+        })
+    }
+}
+
+/// Kernel of [`Reflection::scatter`].
+struct Scatter<'a, 's, V> {
+    path: &'a Reflection<'s>,
+    count: u32,
+    sequence: Sequence,
+    visit: V,
+}
+
+impl<V: FnMut(Vec3, Rgb, f32)> LaneKernel for Scatter<'_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Width>(mut self, s: S) {
+        let path = self.path;
+        let (bsdf, wi) = (path.bsdf.in_lanes(s), Vector::splat(s, path.wi));
+        for first in (1..=self.count).step_by(S::LANES) {
+            let numbers = s.each(|k| self.sequence.numbers(first + k as u32));
+            let of = |c: usize| Float::from_fn(s, |k| numbers.as_ref()[k][c]);
+            let numbers = Numbers {
+                lobe: of(0),
+                direction: Pair::new(of(1), of(2)),
+            };
+            let samples = bsdf.sample_each_wo(wi, numbers, Lobes::GLOSSY);
+            let (w, weight, eta) = (
+                samples.w.store(),
+                samples.weight.store(),
+                samples.eta.store(),
+            );
+            let used = u32::MAX >> (u32::BITS - (self.count + 1 - first).min(S::LANES as u32));
+            for k in set_bits(samples.valid.bits() & used) {
+                let flux = path.flux * Rgb::from(lane(&weight, k)) / self.count as f32;
+                (self.visit)(lane(&w, k).into(), flux, eta.as_ref()[k]);
             }
         }
     }
@@ -78,11 +135,11 @@ pub(super) fn scatter_all(
     rng: &mut Pcg,
     mut visit: impl FnMut(Vec3, Rgb),
 ) {
-    let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+    let sequence = Sequence::new(rng);
     let each = count.div_ceil(paths.len().max(1) as u32);
     let numbers = (1..=each).flat_map(|_| paths).zip(1..);
     for (path, i) in numbers {
-        if let Some((w, flux, _)) = path.sample_glossy(shift, i) {
+        if let Some((w, flux)) = path.sample_glossy(&sequence, i) {
             visit(w, flux / each as f32);
         }
     }

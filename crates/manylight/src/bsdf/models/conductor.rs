@@ -8,7 +8,7 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
+use crate::lanes::{Color, Float, One, Vector, Width, in_lanes, lanewise};
 use crate::math::Vec3;
 
 /// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal:
@@ -21,6 +21,8 @@ pub(in crate::bsdf) struct SmoothConductor<S: Width> {
     pub fresnel: ConductorFresnel<S>,
     pub tint: Color<S>,
 }
+
+in_lanes!(SmoothConductor { fresnel, tint });
 
 impl<S: Width> ScatteringModel<S> for SmoothConductor<S> {
     #[inline(always)]
@@ -50,6 +52,12 @@ pub(in crate::bsdf) struct RoughConductor<S: Width> {
     pub fresnel: ConductorFresnel<S>,
     pub tint: Color<S>,
 }
+
+in_lanes!(RoughConductor {
+    facets,
+    fresnel,
+    tint
+});
 
 impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
     #[inline(always)]

@@ -9,7 +9,7 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, Mask, One, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width, in_lanes};
 use crate::math::Vec3;
 
 /// Bounds of the reflectance of a rough interface where it is estimated at the surface normal:
@@ -22,6 +22,11 @@ pub(in crate::bsdf) struct InterfaceTints<S: Width> {
     pub reflection: Color<S>,
     pub transmission: Color<S>,
 }
+
+in_lanes!(InterfaceTints {
+    reflection,
+    transmission
+});
 
 impl<S: Width> InterfaceTints<S> {
     /// Estimated albedo, by the largest channels, where the interface reflects the fraction `r`.
@@ -46,6 +51,8 @@ pub(in crate::bsdf) struct SmoothDielectric<S: Width> {
     pub eta: f32,
     pub tints: InterfaceTints<S>,
 }
+
+in_lanes!(SmoothDielectric { tints; eta });
 
 impl<S: Width> ScatteringModel<S> for SmoothDielectric<S> {
     #[inline(always)]
@@ -93,6 +100,8 @@ pub(in crate::bsdf) struct RoughDielectric<S: Width> {
     pub eta: f32,
     pub tints: InterfaceTints<S>,
 }
+
+in_lanes!(RoughDielectric { facets, tints; eta });
 
 impl<S: Width> RoughDielectric<S> {
     /// The density for two directions with this half vector.

@@ -6,7 +6,7 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
-    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, lanewise,
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes, lanewise,
 };
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -16,6 +16,8 @@ use std::f32::consts::FRAC_1_PI;
 pub(in crate::bsdf) struct Diffuse<S: Width> {
     pub reflectance: Color<S>,
 }
+
+in_lanes!(Diffuse { reflectance });
 
 impl<S: Width> ScatteringModel<S> for Diffuse<S> {
     #[inline(always)]

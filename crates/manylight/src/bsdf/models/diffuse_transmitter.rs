@@ -10,7 +10,7 @@ use crate::bsdf::models::fresnel;
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
-    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
+    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes,
 };
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -28,6 +28,8 @@ pub(in crate::bsdf) struct DiffuseTransmitter<S: Width> {
     /// Weight of the clear coat.
     pub coat: Float<S>,
 }
+
+in_lanes!(DiffuseTransmitter { transmittance, coat; eta });
 
 impl<S: Width> DiffuseTransmitter<S> {
     /// Without layers.

@@ -5,7 +5,9 @@ use crate::bsdf::lobes::Classes;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::ScatteringModel;
-use crate::lanes::{Color, Float, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::lanes::{
+    Color, Float, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes,
+};
 
 /// Sum of both albedos after scaling, if it was above 1; as in Mitsuba 0.x.
 const SAFE_ALBEDO: f32 = 0.99;
@@ -20,6 +22,13 @@ pub(super) struct LobeOverBase<S: Width> {
     /// Probability of sampling the lobe, if both are requested.
     share: Float<S>,
 }
+
+in_lanes!(LobeOverBase {
+    base,
+    specular,
+    class,
+    share
+});
 
 impl<S: Width> LobeOverBase<S> {
     /// Scales the two albedos so that their sum stays below one in every channel.

@@ -9,7 +9,7 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::Response;
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Axes, Color, Float, One, Vector, Width};
+use crate::lanes::{Axes, Color, Float, One, Vector, Width, in_lanes};
 use crate::math::Vec3;
 use std::f32::consts::TAU;
 
@@ -19,6 +19,8 @@ pub(in crate::bsdf) struct Phong<S: Width> {
     layers: LobeOverBase<S>,
     exponent: Float<S>,
 }
+
+in_lanes!(Phong { layers, exponent });
 
 impl<S: Width> Phong<S> {
     #[inline(always)]

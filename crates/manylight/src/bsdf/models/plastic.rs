@@ -10,7 +10,7 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
-    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, lanewise,
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes, lanewise,
 };
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -29,6 +29,13 @@ struct Layers<S: Width> {
     /// The tint's share of the sum of tint and `base_albedo`.
     coat_share: Float<S>,
 }
+
+in_lanes!(Layers {
+    tint,
+    base,
+    base_albedo,
+    coat_share
+});
 
 impl<S: Width> Layers<S> {
     /// `internal` is r.
@@ -82,6 +89,8 @@ pub(in crate::bsdf) struct Plastic<S: Width> {
     pub eta: f32,
     layers: Layers<S>,
 }
+
+in_lanes!(Plastic { layers; eta });
 
 impl<S: Width> Plastic<S> {
     #[inline(always)]
@@ -243,6 +252,8 @@ pub(in crate::bsdf) struct RoughPlastic<'s, S: Width> {
     pub transmittance: &'s [f32; COSINES],
     layers: Layers<S>,
 }
+
+in_lanes!(RoughPlastic<'s> { facets, layers; eta, transmittance });
 
 impl<'s, S: Width> RoughPlastic<'s, S> {
     #[inline(always)]

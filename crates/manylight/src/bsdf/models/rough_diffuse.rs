@@ -8,7 +8,9 @@ use crate::bsdf::material::OrenNayarVariant;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::lanes::{
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes,
+};
 use crate::math::{Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
@@ -19,6 +21,8 @@ pub(in crate::bsdf) struct RoughDiffuse<S: Width> {
     sigma2: Float<S>,
     variant: OrenNayarVariant,
 }
+
+in_lanes!(RoughDiffuse { reflectance, sigma2; variant });
 
 /// Sines and cosines of the angles in both forms of the model. `alpha` is the larger polar angle,
 /// `beta` the smaller.

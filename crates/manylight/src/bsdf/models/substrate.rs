@@ -12,7 +12,9 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::lanes::{
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes,
+};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -29,6 +31,12 @@ pub(in crate::bsdf) struct Substrate<S: Width> {
     specular: Color<S>,
     facets: Microfacets<S>,
 }
+
+in_lanes!(Substrate {
+    base,
+    specular,
+    facets
+});
 
 impl<S: Width> Substrate<S> {
     #[inline(always)]

@@ -11,7 +11,7 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, Mask, One, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width, in_lanes};
 use crate::math::Vec3;
 
 /// Reflectance of a pane at the cosine `cos`. Its index of refraction is `eta`, relative to the
@@ -40,6 +40,8 @@ pub(in crate::bsdf) struct ThinDielectric<S: Width> {
     pub eta: f32,
     pub tints: InterfaceTints<S>,
 }
+
+in_lanes!(ThinDielectric { tints; eta });
 
 impl<S: Width> ThinDielectric<S> {
     /// Straight-through transmittance at the cosine `cos`.
@@ -77,6 +79,8 @@ pub(in crate::bsdf) struct RoughThinDielectric<S: Width> {
     pub eta: f32,
     pub tints: InterfaceTints<S>,
 }
+
+in_lanes!(RoughThinDielectric { facets, tints; eta });
 
 /// `w` mirrored at the surface if it is below.
 #[inline(always)]

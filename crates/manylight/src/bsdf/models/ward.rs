@@ -13,7 +13,7 @@ use crate::bsdf::material::WardVariant;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::Response;
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, One, Pair, Vector, Width};
+use crate::lanes::{Color, Float, One, Pair, Vector, Width, in_lanes};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -27,6 +27,8 @@ pub(in crate::bsdf) struct Ward<S: Width> {
     variant: WardVariant,
     alpha: Pair<S>,
 }
+
+in_lanes!(Ward { layers, alpha; variant });
 
 impl<S: Width> Ward<S> {
     #[inline(always)]

@@ -28,7 +28,7 @@ use crate::bsdf::material::{CoatReflection, Distribution};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, Mask, One, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width, in_lanes};
 use crate::math::{Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -95,6 +95,30 @@ pub(in crate::bsdf) struct Principled<S: Width> {
     specular_rate: f32,
     clearcoat_rate: f32,
 }
+
+in_lanes!(Principled {
+    base_color,
+    facets,
+    roughness,
+    metallic,
+    brdf,
+    bsdf,
+    spec_tint,
+    sheen,
+    sheen_tint,
+    flatness,
+    clearcoat,
+    clearcoat_alpha,
+    clearcoat_norm,
+    tint,
+    film;
+    eta,
+    layered,
+    coat_reflection,
+    diffuse_rate,
+    specular_rate,
+    clearcoat_rate,
+});
 
 /// The facets of a Disney model, GGX with `alpha = roughness²` and an aspect ratio by
 /// `anisotropic`.

@@ -16,7 +16,7 @@ use crate::bsdf::models::microfacet::Microfacets;
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
-    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
+    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, in_lanes,
 };
 use crate::math::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -37,6 +37,19 @@ pub(in crate::bsdf) struct PrincipledThinParameters<S: Width> {
     pub diff_trans: Float<S>,
 }
 
+in_lanes!(PrincipledThinParameters {
+    base_color,
+    roughness,
+    anisotropic,
+    spec_trans,
+    eta,
+    spec_tint,
+    sheen,
+    sheen_tint,
+    flatness,
+    diff_trans,
+});
+
 /// The model at a point: diffuse reflection with retro-reflection, flatness and sheen; Lambertian
 /// transmission; microfacet reflection and transmission, the latter mirrored at the surface with a
 /// roughness that follows the index of refraction.
@@ -50,6 +63,13 @@ pub(in crate::bsdf) struct PrincipledThin<S: Width> {
     /// Transmitted fraction of the diffuse part, in [0, 1].
     diffuse_through: Float<S>,
 }
+
+in_lanes!(PrincipledThin {
+    p,
+    facets,
+    through,
+    diffuse_through
+});
 
 /// Unnormalized probabilities of the sampling strategies.
 struct Strategies<S: Width> {
