@@ -22,6 +22,8 @@ struct SubSamples<const COUNT: usize> {
     w: [[f32; COUNT]; 3],
     /// Solid angles, in sr.
     solid_angle: [f32; COUNT],
+    /// One over the widths: the roots of the solid angles.
+    inv_width: [f32; COUNT],
 }
 
 impl<const COUNT: usize> SubSamples<COUNT> {
@@ -30,6 +32,7 @@ impl<const COUNT: usize> SubSamples<COUNT> {
         let mut all = SubSamples {
             w: [[0.0; COUNT]; 3],
             solid_angle: [0.0; COUNT],
+            inv_width: [0.0; COUNT],
         };
         let fine = COUNT.isqrt();
         for s in 0..COUNT {
@@ -39,7 +42,9 @@ impl<const COUNT: usize> SubSamples<COUNT> {
             for axis in 0..3 {
                 all.w[axis][s] = w[axis];
             }
-            all.solid_angle[s] = solid_angle_density(uv) / ((side * fine) as f32).powi(2);
+            let solid_angle = solid_angle_density(uv) / ((side * fine) as f32).powi(2);
+            all.solid_angle[s] = solid_angle;
+            all.inv_width[s] = solid_angle.sqrt().recip();
         }
         all
     }
@@ -148,8 +153,8 @@ impl Grid {
     }
 
     /// Directions within texel `t`.
-    pub(super) fn within_texel(&self, t: usize) -> [TexelSample; COARSE * COARSE] {
-        self.coarse[t]
+    pub(super) fn within_texel(&self, t: usize) -> &[TexelSample] {
+        &self.coarse[t]
     }
 
     /// Integral of the bilinear function over the sphere, or above the horizon of the unit normal
@@ -199,13 +204,19 @@ impl SimdKernel for BelowHorizon<'_> {
                 continue;
             }
             let (i, j) = (t as i32 % side, t as i32 / side);
+            let is_inside = i.min(j) > 0 && i.max(j) < side - 1;
             let solid_angles = neighbor_solid_angles(&grid.fine[t], n);
+            let mut around = Rgb::BLACK;
             for (k, solid_angle) in solid_angles.into_iter().enumerate() {
                 let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
-                let texel = texels[wrapped_texel(i + di, j + dj, side) as usize];
-                for (s, v) in sum.iter_mut().zip(texel.to_array()) {
-                    *s += f64::from(v * solid_angle);
-                }
+                let neighbor = match is_inside {
+                    true => (j + dj) * side + i + di,
+                    false => wrapped_texel(i + di, j + dj, side),
+                };
+                around += texels[neighbor as usize] * solid_angle;
+            }
+            for (s, v) in sum.iter_mut().zip(around.to_array()) {
+                *s += f64::from(v);
             }
         }
         sum
@@ -220,8 +231,8 @@ fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32
     for (s, below) in below.iter_mut().enumerate() {
         let cos = samples.w[0][s] * n.x + samples.w[1][s] * n.y + samples.w[2][s] * n.z;
         // A sub-sample on the horizon counts by its fraction below.
-        let solid_angle = samples.solid_angle[s];
-        *below = (0.5 - cos / solid_angle.sqrt()).clamp(0.0, 1.0) * solid_angle;
+        let fraction = (0.5 - cos * samples.inv_width[s]).clamp(0.0, 1.0);
+        *below = fraction * samples.solid_angle[s];
     }
     // Weighted sums over rows first, then over columns.
     let mut columns = [[0.0; FINE]; 3];

@@ -177,10 +177,11 @@ impl SimdKernel for Evaluation<'_, '_> {
                 *sum = Lanes3::of_colors(sum.colors(s) + dim);
                 let used = u32::MAX >> (32 - blocks.len());
                 for i in set_bits(!is_dim.bits() & used) {
-                    let texels = blocks[i].texels().iter();
-                    match is_narrow {
-                        true => samples.extend(texels.flat_map(|&t| grid.within_texel(t))),
-                        false => samples.extend(texels.map(|&t| grid.at_center(t))),
+                    for &t in blocks[i].texels() {
+                        match is_narrow {
+                            true => samples.extend_from_slice(grid.within_texel(t)),
+                            false => samples.push(grid.at_center(t)),
+                        }
                     }
                 }
             }

@@ -109,7 +109,7 @@ impl SharedExponent {
         let s = color.r.width();
         let color = Color::new(color.r.max(0.0), color.g.max(0.0), color.b.max(0.0));
         let most = color.max_channel();
-        // The exponent of the unit is nine less than that of the power of two above the largest.
+        // From here on the largest mantissa has nine bits.
         let least = (BIAS - 1 + 9 + UNIT) as f32;
         let stored = ((most.to_bits() >> 23).integer() - least).max(0.0);
         let per_unit = |stored: Float<S>| {
