@@ -9,7 +9,9 @@ use crate::math::prefetch::prefetch;
 use crate::scene::Scene;
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Lights of which the memory is prefetched ahead of their sum.
+/// Lights of which the memory is prefetched ahead of their sum. Without, the first read of a light
+/// took 3 to 5 % of the time of connections (100k lights; staircase2, third-party kitchen), with it
+/// less than 1 %.
 const AHEAD: usize = 8;
 
 /// Adds the lights that up to [`BATCHES`](super::points::BATCHES) batches have in common to the

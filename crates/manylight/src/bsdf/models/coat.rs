@@ -40,7 +40,7 @@ pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<
 }
 
 /// [`interpolate`] for cosines of which many lie between the same entries: towards a light, those
-/// of sixteen neighboring points.
+/// of sixteen neighboring points. Entries are read once for all lanes that need them.
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate_near<S: Width>(
     table: &[f32; COSINES],
