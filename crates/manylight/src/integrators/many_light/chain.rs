@@ -6,7 +6,7 @@
 //! emitters.
 
 use super::compensation::MAX_SURVIVAL;
-use super::density_estimates::shared_light;
+use super::density_estimates::{IncidentDirection, shared_light};
 use super::gather_point::{GatherPath, GatherRole, TileGather};
 use super::paths::{Chain, Direction, PathNumber, PathPart, PathState, Prefix, SPLIT};
 use crate::bsdf::{Lobes, Numbers};
@@ -182,9 +182,12 @@ fn first_branches(tile: &TileGather, stage: PathStage, direction: &Direction) ->
 fn chain_from(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
     let point = &tile.points[direction.from as usize];
     let (prepared, found) = (tile.prepared, &mut tile.found_caustics);
-    let along = (w, direction.f_cos);
+    let towards = IncidentDirection {
+        wi: w,
+        f_cos: direction.f_cos,
+    };
     Chain {
-        shared: shared_light(prepared, point, along, found),
+        shared: shared_light(prepared, point, towards, found),
         scales: point.path.scales,
         first_weight: point.path.first_weight,
         max_photon_radius: direction.max_photon_radius,

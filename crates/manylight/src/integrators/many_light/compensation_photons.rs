@@ -22,6 +22,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
 use crate::ids::MaterialId;
+use crate::lanes::{Color, Float, One, Width};
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::{UVec2, Vec3};
@@ -59,6 +60,15 @@ pub(super) fn direction_limit(f_cos: Rgb) -> f32 {
 /// with `f_cos`, in 1/sr. Photons account for the rest, so that a direction finds no more than
 /// `direction_limit` times the arriving radiance.
 pub(super) fn direction_fraction(direction_limit: f32, f_cos: Rgb) -> f32 {
+    direction_fractions::<One>(direction_limit.into(), f_cos.into()).get()
+}
+
+/// [`direction_fraction`] in each lane.
+#[inline(always)]
+pub(super) fn direction_fractions<S: Width>(
+    direction_limit: Float<S>,
+    f_cos: Color<S>,
+) -> Float<S> {
     (direction_limit / f_cos.max_channel()).min(1.0)
 }
 

@@ -46,6 +46,24 @@ const MAX_RADIUS_FRACTION: f32 = 0.03;
 /// The classes of lobes that have kernels of their own.
 const CLASSES: [Lobes; 2] = [Lobes::DIFFUSE, Lobes::GLOSSY];
 
+/// A direction from which light arrives at a gather point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct IncidentDirection {
+    /// Unit vector.
+    pub(super) wi: Vec3,
+    /// `f cosθ` of the non-specular lobes, in 1/sr.
+    pub(super) f_cos: Rgb,
+}
+
+/// The caustic photons of a kernel.
+#[derive(Clone, Copy, Debug)]
+struct CausticKernel {
+    /// In m.
+    radius: f32,
+    /// Photons from surfaces, besides the one that is weighed.
+    others: u32,
+}
+
 /// Whether virtual lights carry the light of a caustic photon to the surface behind the chain:
 /// other surfaces have reflected it. Light of the others is emitted behind the chain.
 fn is_of_surface(photon: &Photon) -> bool {
@@ -53,24 +71,24 @@ fn is_of_surface(photon: &Photon) -> bool {
 }
 
 /// How directions share the light of a chain with caustic photons: the densities of each class of
-/// lobes at the gather point where a direction along the unit vector `w` starts.
+/// lobes at the gather point where the chain starts in the direction `towards`.
 pub(super) fn shared_light(
     prepared: &PreparedPasses,
     point: &GatherPoint,
-    (w, f_cos): (Vec3, Rgb),
+    towards: IncidentDirection,
     found: &mut Neighbors,
 ) -> SharedLight {
     let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
     let mut of_lobes = |lobes: Lobes| {
         let has_lobes = bsdf.lobes().has(lobes);
-        has_lobes.then(|| densities_at_direction(prepared, point, (w, f_cos), lobes, found))
+        has_lobes.then(|| densities_at_direction(prepared, point, towards, lobes, found))
     };
     let [diffuse, glossy] = CLASSES.map(&mut of_lobes);
     let glossy_fraction = match (diffuse, glossy) {
         (_, None) => Rgb::BLACK,
         (None, Some(_)) => Rgb::WHITE,
         (Some(_), Some(_)) => {
-            let f = |lobes| bsdf.f(w, wo, lobes);
+            let f = |lobes| bsdf.f(towards.wi, wo, lobes);
             f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
                 if all > 0.0 { part / all } else { 0.0 }
             })
@@ -83,19 +101,19 @@ pub(super) fn shared_light(
     }
 }
 
-/// The densities for one class of lobes, at the gather point from which a direction along the unit
-/// vector `w` comes.
+/// The densities for one class of lobes, at the gather point from which the direction `towards`
+/// comes.
 fn densities_at_direction(
     prepared: &PreparedPasses,
     point: &GatherPoint,
-    (w, f_cos): (Vec3, Rgb),
+    towards: IncidentDirection,
     lobes: Lobes,
     found: &mut Neighbors,
 ) -> ChainDensities {
     let (x, path) = (&point.at.x, &point.path);
     let receiver = DensityReceiver {
         p: x.p,
-        n: x.normal_towards(w),
+        n: x.normal_towards(towards.wi),
     };
     let (mut others, bandwidth) = (0, caustic_bandwidth(prepared, path, lobes));
     let caustics = &prepared.caustics;
@@ -103,16 +121,14 @@ fn densities_at_direction(
         let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
         others += u32::from(counts && is_of_surface(photon));
     });
-    densities(point, (w, f_cos), (radius, others))
+    densities(point, towards, CausticKernel { radius, others })
 }
 
-/// The densities for light that arrives along the unit vector `wi` at a gather point. `f_cos` is
-/// `f cosθ` of the non-specular lobes, in 1/sr. `radius` is that of the kernel, in m, which contains
-/// `others` photons from surfaces besides the one that is weighed.
+/// The densities for light that arrives at a gather point.
 fn densities(
     point: &GatherPoint,
-    (wi, f_cos): (Vec3, Rgb),
-    (radius, others): (f32, u32),
+    IncidentDirection { wi, f_cos }: IncidentDirection,
+    CausticKernel { radius, others }: CausticKernel,
 ) -> ChainDensities {
     let count = match point.role {
         GatherRole::FirstVertex(_) => DIRECTIONS,
@@ -166,8 +182,12 @@ fn caustic_radiance_of(
         for ((photon, kernel), (f_cos, reflected)) in
             arriving.iter().zip(all.into_iter().zip(reflected))
         {
-            let photons = (arriving.radius(), near.saturating_sub(1));
-            let densities = densities(point, (photon.wi, f_cos), photons);
+            let wi = photon.wi;
+            let photons = CausticKernel {
+                radius: arriving.radius(),
+                others: near.saturating_sub(1),
+            };
+            let densities = densities(point, IncidentDirection { wi, f_cos }, photons);
             let fraction = match is_of_surface(photon) {
                 true => 1.0 - densities.surface_fraction(),
                 false => densities.photon_emission_fraction(photon.ray_density),

@@ -5,12 +5,13 @@
 //! Directions and samples of emitters are drawn at the new gather points of a round, in packets of
 //! one material. The directions are paths of the next round.
 
+use super::Compensation;
 use super::PreparedPasses;
 use super::compensation::{DirectionEnd, compensate};
+use super::compensation_photons::{direction_fraction, direction_fractions};
 use super::gather_point::{GatherPoint, GatherRole, TileGather};
 use super::paths::GroupScales;
 use super::paths::{Direction, PathPart, PathState};
-use super::{Compensation, compensation_photons::direction_fraction};
 use crate::bsdf::{BsdfSamples, Lobes, Numbers};
 use crate::color::Rgb;
 use crate::film::Layer;
@@ -257,7 +258,7 @@ impl<S: Width> EmitterReflection<S> for AtGatherPoints<'_, '_, S> {
     fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2] {
         let v = self.packet.v;
         let (f_cos, pdf) = (v.bsdf).responses(lights.wi, v.w_prev, Lobes::NON_SPECULAR);
-        let fraction = (self.limits / f_cos.max_channel()).min(1.0);
+        let fraction = direction_fractions(self.limits, f_cos);
         let weight = fraction * lights.mis_weight(pdf / self.per_direction);
         let radiance = self.throughput * lights.weight * f_cos * weight;
         let is_lit = self.packet.is_lit(lights.wi) & !f_cos.is_black();
