@@ -1,7 +1,7 @@
 //! A scattering function with a fixed incident direction, for tables of radiant intensity.
 
 use super::{Bsdf, FixedWoLanes, LaneModel, Lobes};
-use crate::lanes::{Color, LaneMask, Lanes3, Mask, Sixteen, Vector, lanes_of};
+use crate::lanes::{Color, Mask, Sixteen, Vector};
 use crate::math::Vec3;
 
 /// A scattering function with a fixed `wi` and a fixed set of lobes: a function of `wo`.
@@ -34,11 +34,7 @@ impl<'b, 's> FixedWi<'b, 's> {
     pub(crate) fn f_cos_wo_each<S: Sixteen>(&self, wo: Vector<S>, active: Mask<S>) -> Color<S> {
         let s = wo.z.width();
         let Some(lanes) = &self.lanes else {
-            let (wo, mut values) = (Lanes3::of_vectors(wo), Lanes3::ZERO);
-            for i in lanes_of(active.bits() as LaneMask) {
-                values.set(i, self.bsdf.f_cos_wo(self.wi, wo.vec(i), self.lobes));
-            }
-            return values.colors(s);
+            return self.bsdf.f_cos_each_wo(self.wi, wo, self.lobes);
         };
         let values = lanes.f_cos_wi(wo, active);
         // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the

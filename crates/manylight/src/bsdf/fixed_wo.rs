@@ -25,8 +25,8 @@ impl<'b, 's> FixedWo<'b, 's> {
         let wo = bsdf.frame.to_local(wo.into());
         let lambert = bsdf
             .plain_lambert(wo)
-            .filter(|lambert| lobes.has(Lobes::DIFFUSE) && lambert.valid.any())
-            .map(|lambert| Rgb::from(lambert.albedo) * FRAC_1_PI);
+            .filter(|_| lobes.has(Lobes::DIFFUSE))
+            .map(|lambert| Rgb::from(lambert.albedo.within(lambert.valid)) * FRAC_1_PI);
         FixedWo {
             bsdf,
             wo: wo.into(),

@@ -32,7 +32,7 @@ const FEWEST_IN_LANES: usize = 6;
 /// The model that all lanes of a [`FixedWoLanes`] share. Bump and normal maps may tilt it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneModel {
-    /// Lambert's model: `f` is constant.
+    /// Lambert's model: `f` is constant without a tilt.
     Lambert,
     /// A rough conductor.
     Conductor(Distribution),
@@ -197,6 +197,7 @@ struct LitLeaf<'b, 's> {
     frame: Axes<One>,
     /// `wo` in that frame.
     wo: Vector<One>,
+    /// If a bump or normal map tilts the frame.
     tilt: Option<TiltToWo<One>>,
 }
 

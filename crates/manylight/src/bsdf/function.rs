@@ -66,6 +66,10 @@ outlined! {
         bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>,
     ) -> DirectResponses<S> { bsdf.width() => bsdf.direct_responses_inlined(wi, wo) }
 
+    fn f_cos_each_wo<S: Width>(
+        bsdf: &Bsdf<'_>, wi: Vec3, wo: Vector<S>, lobes: Lobes,
+    ) -> Color<S> { wo.z.width() => bsdf.f_cos_each_wo_inlined(wi, wo, lobes) }
+
     fn responses<S: Width>(
         bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>, lobes: Lobes,
     ) -> (Color<S>, Float<S>) { bsdf.width() => bsdf.responses_inlined(wi, wo, lobes) }
@@ -161,6 +165,30 @@ impl<'s> Bsdf<'s> {
     #[inline]
     pub fn f_cos_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         self.f(wi, wo, lobes) * wo.dot(self.ng.into()).abs()
+    }
+
+    /// [`Bsdf::f_cos_wo`] in each lane.
+    #[inline(always)]
+    pub(crate) fn f_cos_each_wo<S: Width>(
+        &self,
+        wi: Vec3,
+        wo: Vector<S>,
+        lobes: Lobes,
+    ) -> Color<S> {
+        f_cos_each_wo(self, wi, wo, lobes)
+    }
+
+    #[inline(always)]
+    fn f_cos_each_wo_inlined<S: Width>(&self, wi: Vec3, wo: Vector<S>, lobes: Lobes) -> Color<S> {
+        let s = wo.z.width();
+        let cos = wi.dot(self.ng.into()).abs();
+        if cos == 0.0 || !self.lobes().has(lobes.and(Lobes::FINITE)) {
+            return Color::black(s);
+        }
+        let all = self.in_lanes(s);
+        let local = all.frame.to_local(Vector::splat(s, wi));
+        let values = all.values_local(local, all.frame.to_local(wo), Classes::splat(s, lobes));
+        values.sum() * (wo.dot(all.ng).abs() * cos.recip())
     }
 
     /// Density of [`Bsdf::sample_wi`] per solid angle, without delta lobes.

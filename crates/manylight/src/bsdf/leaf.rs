@@ -170,7 +170,7 @@ impl<'s, S: Width> Leaf<'s, S> {
     /// The factor by which z is multiplied for the model of a leaf without tilt, given a direction
     /// with the coordinate `z`, and the lanes on a side with scattering.
     #[inline(always)]
-    pub(super) fn side(&self, z: Float<S>) -> (Float<S>, Mask<S>) {
+    fn side(&self, z: Float<S>) -> (Float<S>, Mask<S>) {
         let (outer, on_outer) = self.outer.mirror(z);
         let (inner, on_inner) = self.inner.mirror(z * outer);
         (outer * inner, on_outer & on_inner)

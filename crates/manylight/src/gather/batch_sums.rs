@@ -223,7 +223,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         let mut at = [Direction::none(s); BATCHES];
         let (mut intensities, mut f_cos) = ([Color::black(s); BATCHES], [Color::black(s); BATCHES]);
         for b in with_lanes(&active) {
-            at[b] = Direction::towards(&self.receivers(b), part, lanes(s, active[b]));
+            at[b] = Direction::towards(&self.receivers(b), part, Mask::of_lanes(s, active[b]));
         }
         for b in with_lanes(&active) {
             intensities[b] = light.emission.intensity(-at[b].wi, at[b].active);
@@ -260,7 +260,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
                     &self.receivers(b),
                     light,
                     (part, samples, count),
-                    lanes(self.s, active[b]),
+                    Mask::of_lanes(self.s, active[b]),
                 );
                 connected[b] = self.set_values(b, light, &connection);
             }
@@ -337,11 +337,6 @@ fn by_batch<T>(of: &[T; BATCHES], lanes: impl Fn(&T) -> LaneMask) -> [LaneMask; 
         *all = lanes(of);
     }
     all
-}
-
-#[inline(always)]
-fn lanes<S: Sixteen>(s: S, mask: LaneMask) -> Mask<S> {
-    Mask::from_bits(s, u32::from(mask))
 }
 
 #[inline(always)]

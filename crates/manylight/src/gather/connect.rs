@@ -1,5 +1,14 @@
 //! A connection of points with a part of a light: `f cosθ I w_c / d²`, before its visibility `V`.
 //!
+//! ```text
+//! L = f(wi, wo) cosθ · I(-wi) / d² · w_c · V
+//! ```
+//!
+//! Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has the
+//! terms as M, I, G and V, with the cosine in G. Here the cosine at the light is part of the
+//! intensity, and the clamping weight `w_c` bounds the singularity. `V` is up to the caller, because
+//! shadow rays are traced together.
+//!
 //! The sum over all lights and cuts through the light tree connect sixteen points at once, product
 //! cuts single ones.
 
@@ -9,7 +18,7 @@ use super::receivers::{ConnectedLight, Direction, Receivers};
 use super::sphere::integrate;
 use super::sphere_samples::SphereSamples;
 use super::{Gather, Strategy, Subset};
-use crate::lanes::{Color, Float, Mask, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::virtual_lights::RadiantIntensity;
 
 /// A connection in each lane. All values are unspecified in lanes that are not lit.
@@ -34,37 +43,26 @@ impl<S: Width> Connection<S> {
 }
 
 impl Gather {
-    /// The connections of the active points with a part of a light that is no sphere.
-    ///
-    /// ```text
-    /// L = f(wi, wo) cosθ · I(-wi) / d² · w_c · V
-    /// ```
-    ///
-    /// Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has
-    /// the terms as M, I, G and V, with the cosine in G. Here the cosine at the light is part of
-    /// the intensity, and the clamping weight `w_c` bounds the singularity. `V` is up to the caller,
-    /// because shadow rays are traced together.
-    #[inline(always)]
-    pub(super) fn connect<S: Width, E: RadiantIntensity<S>>(
+    /// The connection of one point with a part of a light that is no sphere.
+    pub(super) fn connect<E: RadiantIntensity<One>>(
         &self,
-        x: &impl Receivers<S>,
+        x: &impl Receivers<One>,
         light: &ConnectedLight<E>,
         part: &LightPoint,
-        active: Mask<S>,
-    ) -> Connection<S> {
-        let mut at = Direction::towards(x, part, active);
+    ) -> Connection<One> {
+        let mut at = Direction::towards(x, part, Mask::splat(One, true));
         let intensity = light.emission.intensity(-at.wi, at.active);
         at.active = at.active & is_lit(intensity);
         let f_cos = if at.active.any() {
             x.f_cos_wi(at.wi, at.active)
         } else {
-            Color::black(at.wi.z.width())
+            Color::black(One)
         };
         self.connection(x, light, part, (at, intensity, f_cos))
     }
 
-    /// The connections in the directions `at`, with the intensities towards the points and `f cosθ`
-    /// there.
+    /// The connections with a part of a light that is no sphere, in the directions `at`, with the
+    /// intensities towards the points and `f cosθ` there.
     #[inline(always)]
     pub(super) fn connection<S: Width, E>(
         &self,
@@ -81,12 +79,8 @@ impl Gather {
             n_y: light.light.n,
             area: part.area * self.area_factor(x.lights()),
         });
-        self.weighted(
-            x,
-            light,
-            part,
-            (at, f_cos * (intensity * at.inv_d2), weight),
-        )
+        let reflected = f_cos * (intensity * at.inv_d2);
+        self.of_part(x, light, part, (at, reflected, weight))
     }
 
     /// The connections of the active points with a light as a sphere, of which `samples` draw
@@ -102,13 +96,13 @@ impl Gather {
     ) -> Connection<S> {
         let at = Direction::towards(x, part, active);
         let reflected = integrate(samples, x, light, &at, count);
-        self.weighted(x, light, part, (at, reflected, at.inv_d2.same(1.0)))
+        self.of_part(x, light, part, (at, reflected, at.inv_d2.same(1.0)))
     }
 
-    /// The connections by the light that is reflected before the factors of the light, and their
-    /// clamping weights.
+    /// The connections with a part of a light, from the light that the points would reflect of all
+    /// of it, and the clamping weights.
     #[inline(always)]
-    fn weighted<S: Width, E>(
+    fn of_part<S: Width, E>(
         &self,
         x: &impl Receivers<S>,
         light: &ConnectedLight<E>,
@@ -116,8 +110,8 @@ impl Gather {
         (at, reflected, weight): (Direction<S>, Color<S>, Float<S>),
     ) -> Connection<S> {
         let shares = x.shares(light.lights, light.id);
-        let flux = shares * self.lights_per_term(x.lights()) * part.weight;
-        let unclamped = (reflected * flux).within(at.active);
+        let fraction = shares * self.lights_per_term(x.lights()) * part.weight;
+        let unclamped = (reflected * fraction).within(at.active);
         Connection {
             wi: at.wi,
             unclamped,

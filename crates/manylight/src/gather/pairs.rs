@@ -10,7 +10,7 @@ use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::geometry::Segment;
 use crate::ids::LightId;
-use crate::lanes::{Mask, One};
+
 use crate::light_tree::{LightNode, LightTree, Receiver};
 use crate::math::{Aabb, Cone, Spread, Vec3};
 use crate::scene::Scene;
@@ -165,8 +165,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         if is_behind || !point.receives(part.p, rounding) {
             return;
         }
-        let everywhere = Mask::splat(One, true);
-        let connection = self.gather.connect(point, light, &part, everywhere);
+        let connection = self.gather.connect(point, light, &part);
         if connection.lit.none() {
             return;
         }

@@ -110,7 +110,7 @@ impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
         if *limited == 0 {
             return Mask::splat(self.s, true);
         }
-        let limited = Mask::from_bits(self.s, u32::from(*limited));
+        let limited = Mask::of_lanes(self.s, *limited);
         lit_from.vectors(self.s).dot(wi).gt(0.0) | !limited
     }
 

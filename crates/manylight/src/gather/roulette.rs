@@ -60,7 +60,7 @@ impl Roulette {
         let mut largest = Float::splat(s, 0.0);
         for (b, lit) in lit.into_iter().enumerate() {
             if lit != 0 {
-                let lit = Mask::from_bits(s, u32::from(lit));
+                let lit = Mask::of_lanes(s, lit);
                 let value = lit.select(values[b].colors(s).weighted_sum(Rgb::LUMINANCE), 0.0);
                 let sum = Float::load(s, &self.sums[b]) + value;
                 self.sums[b] = sum.store();

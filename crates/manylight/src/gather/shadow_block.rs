@@ -90,7 +90,7 @@ impl ShadowBlock {
                 }
                 let lanes = (arriving >> (b * LANES)) as LaneMask;
                 if lanes != 0 {
-                    let lanes = Mask::from_bits(s, u32::from(lanes));
+                    let lanes = Mask::of_lanes(s, lanes);
                     sum = Color::select(lanes, sum + values[b].colors(s), sum);
                 }
             }

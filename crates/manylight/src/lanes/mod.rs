@@ -58,6 +58,14 @@ pub fn mask(test: impl Fn(usize) -> bool) -> LaneMask {
     bits.iter().fold(0, |all, bit| all | bit) as LaneMask
 }
 
+impl<S: Width> Mask<S> {
+    /// The lanes of a mask in memory.
+    #[inline(always)]
+    pub(crate) fn of_lanes(s: S, lanes: LaneMask) -> Self {
+        Mask::from_bits(s, u32::from(lanes))
+    }
+}
+
 /// Indices of the set lanes of a mask, ascending.
 #[inline(always)]
 pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {

@@ -31,7 +31,6 @@ macro_rules! in_lanes {
     ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),* $(,)?)? }) => {
         impl $(<$life>)? $name<$($life,)? $crate::lanes::One> {
             #[inline(always)]
-            #[allow(dead_code, reason = "not all structures need all conversions")]
             pub(crate) fn in_lanes<S: $crate::lanes::Width>(&self, s: S) -> $name<$($life,)? S> {
                 $name { $($field: self.$field.in_lanes(s),)* $($($common: self.$common,)*)? }
             }

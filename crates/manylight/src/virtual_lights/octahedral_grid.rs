@@ -22,8 +22,6 @@ struct SubSamples<const COUNT: usize> {
     w: [[f32; COUNT]; 3],
     /// Solid angles, in sr.
     solid_angle: [f32; COUNT],
-    /// One over the widths: the roots of the solid angles.
-    inv_width: [f32; COUNT],
 }
 
 impl<const COUNT: usize> SubSamples<COUNT> {
@@ -32,7 +30,6 @@ impl<const COUNT: usize> SubSamples<COUNT> {
         let mut all = SubSamples {
             w: [[0.0; COUNT]; 3],
             solid_angle: [0.0; COUNT],
-            inv_width: [0.0; COUNT],
         };
         let fine = COUNT.isqrt();
         for s in 0..COUNT {
@@ -42,9 +39,7 @@ impl<const COUNT: usize> SubSamples<COUNT> {
             for axis in 0..3 {
                 all.w[axis][s] = w[axis];
             }
-            let solid_angle = solid_angle_density(uv) / ((side * fine) as f32).powi(2);
-            all.solid_angle[s] = solid_angle;
-            all.inv_width[s] = solid_angle.sqrt().recip();
+            all.solid_angle[s] = solid_angle_density(uv) / ((side * fine) as f32).powi(2);
         }
         all
     }
@@ -63,6 +58,8 @@ pub(super) struct Grid {
     /// Integrals of the bilinear hat functions of the texels over the sphere, in sr.
     pub(super) hats: Vec<f32>,
     fine: Vec<SubSamples<{ FINE * FINE }>>,
+    /// One over the widths of the fine sub-samples of each texel, in 1/√sr.
+    fine_inv_widths: Vec<[f32; FINE * FINE]>,
     /// By texel: its samples in the mean of narrow lobes.
     coarse: Vec<[TexelSample; COARSE * COARSE]>,
 }
@@ -108,11 +105,17 @@ impl Grid {
             }
         }
         let texels = 0..side * side;
+        let fine: Vec<SubSamples<_>> = texels.clone().map(|t| SubSamples::new(t, side)).collect();
+        let inv_widths = fine.iter().map(|samples| {
+            let width = |s: usize| samples.solid_angle[s].sqrt();
+            std::array::from_fn(|s| width(s).recip())
+        });
         Grid {
             side,
+            fine_inv_widths: inv_widths.collect(),
             centers: texels.clone().map(|t| texel_direction(t, side)).collect(),
             hats,
-            fine: texels.clone().map(|t| SubSamples::new(t, side)).collect(),
+            fine,
             coarse: texels.map(|t| TexelSample::within(t, side)).collect(),
         }
     }
@@ -205,7 +208,7 @@ impl SimdKernel for BelowHorizon<'_> {
             }
             let (i, j) = (t as i32 % side, t as i32 / side);
             let is_inside = i.min(j) > 0 && i.max(j) < side - 1;
-            let solid_angles = neighbor_solid_angles(&grid.fine[t], n);
+            let solid_angles = neighbor_solid_angles(&grid.fine[t], &grid.fine_inv_widths[t], n);
             let mut around = Rgb::BLACK;
             for (k, solid_angle) in solid_angles.into_iter().enumerate() {
                 let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
@@ -226,12 +229,16 @@ impl SimdKernel for BelowHorizon<'_> {
 /// Solid angle, in sr, of a texel below the horizon of `n`, divided among the 3 x 3 texels around
 /// it by their bilinear weights.
 #[inline(always)]
-fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
+fn neighbor_solid_angles(
+    samples: &SubSamples<{ FINE * FINE }>,
+    inv_widths: &[f32; FINE * FINE],
+    n: Vec3,
+) -> [f32; 9] {
     let mut below = [0.0; FINE * FINE];
     for (s, below) in below.iter_mut().enumerate() {
         let cos = samples.w[0][s] * n.x + samples.w[1][s] * n.y + samples.w[2][s] * n.z;
         // A sub-sample on the horizon counts by its fraction below.
-        let fraction = (0.5 - cos * samples.inv_width[s]).clamp(0.0, 1.0);
+        let fraction = (0.5 - cos * inv_widths[s]).clamp(0.0, 1.0);
         *below = fraction * samples.solid_angle[s];
     }
     // Weighted sums over rows first, then over columns.

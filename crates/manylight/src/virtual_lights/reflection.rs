@@ -65,20 +65,21 @@ impl Reflection<'_> {
     }
 }
 
-/// An additive recurrence in three dimensions.
+/// An additive recurrence in three dimensions: a low-discrepancy sequence.
 struct Sequence {
+    /// Its start, in [0, 1)³.
     shift: [f32; 3],
 }
 
 impl Sequence {
-    /// A sequence that begins anywhere.
+    /// A sequence with a random start.
     fn new(rng: &mut Pcg) -> Self {
         Sequence {
             shift: [rng.next_f32(), rng.next_f32(), rng.next_f32()],
         }
     }
 
-    /// The numbers `i`, in [0, 1).
+    /// Element `i`, in [0, 1)³.
     #[inline(always)]
     fn numbers(&self, i: u32) -> [f32; 3] {
         array(|c| {
@@ -197,5 +198,42 @@ pub(super) fn scattered_flux(
         (EmissionDomain::Sphere, rgb(all))
     } else {
         (EmissionDomain::Hemisphere(n), rgb(above))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::floor;
+    use super::*;
+    use crate::geometry::Ray;
+    use crate::testing::scenes::rough_metal;
+
+    #[test]
+    fn lanes_scatter_what_single_directions_do() {
+        let scene = floor(rough_metal(0.3));
+        let (_, x) = scene
+            .intersect(&Ray::new(Vec3::Z, -Vec3::Z))
+            .expect("a floor");
+        let path = Reflection {
+            wi: Vec3::new(0.6, 0.0, 0.8),
+            flux: Rgb::new(1.0, 2.0, 3.0),
+            bsdf: scene.bsdf(&x),
+        };
+        for count in [0, 1, 16, 35] {
+            let mut scattered = Vec::new();
+            path.scatter(count, &mut Pcg::new(1), |w, flux, _| {
+                scattered.push((w, flux))
+            });
+            let sequence = Sequence::new(&mut Pcg::new(1));
+            let single: Vec<(Vec3, Rgb)> = (1..=count)
+                .filter_map(|i| path.sample_glossy(&sequence, i))
+                .collect();
+            assert_eq!(scattered.len(), single.len());
+            for ((w, flux), (single_w, single_flux)) in scattered.into_iter().zip(single) {
+                assert!(w.abs_diff_eq(single_w, 1e-4), "{w} {single_w}");
+                let single_flux = single_flux / count as f32;
+                assert!((flux.g - single_flux.g).abs() <= 1e-3 * single_flux.g);
+            }
+        }
     }
 }

@@ -15,7 +15,7 @@ use crate::color::Rgb;
 use crate::lanes::{Color, Float, One, Width, Word};
 
 /// Texels along an edge of a block.
-pub(super) const EDGE: usize = 4;
+const EDGE: usize = 4;
 /// Words of a block: levels, header, levels.
 const WORDS: usize = 3;
 /// Bits of a level.
@@ -54,7 +54,7 @@ pub(crate) struct BlockTexels<'a> {
 }
 
 /// Blocks along an edge of a table of `side`² texels.
-pub(super) const fn blocks_across(side: usize) -> usize {
+const fn blocks_across(side: usize) -> usize {
     side.div_ceil(EDGE)
 }
 

@@ -21,7 +21,8 @@ pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
 
 /// The cells of each lane's direction: squares between four texel centers.
 pub(super) struct Cells<S: Width> {
-    /// Row and column of the first corner, each plus one, in the upper and lower half of a word.
+    /// Row and column of the first corner, each plus one, in the upper and lower half of a word:
+    /// tables have fewer than 2¹⁶ texels along an edge.
     numbers: Word<S>,
     /// Bilinear weights of the corners.
     weights: [Float<S>; 4],
@@ -43,24 +44,26 @@ impl<S: Width> Cells<S> {
         }
     }
 
-    /// The words of the corners with their weights, with `word(row, column)` the word of a texel.
-    /// Inactive lanes hold any word.
+    /// The words of the corners with their weights, with `texel(row, column)` the words of a texel.
+    /// Inactive lanes hold any words.
     ///
     /// Lanes in one cell read its words once: towards a light, most of sixteen neighboring points
     /// share one or two cells.
     #[inline(always)]
-    pub(super) fn words(
+    pub(super) fn words<const N: usize>(
         &self,
         active: Mask<S>,
-        word: impl Fn(usize, usize) -> u32,
-    ) -> [(Word<S>, Float<S>); 4] {
+        texel: impl Fn(usize, usize) -> [u32; N],
+    ) -> [([Word<S>; N], Float<S>); 4] {
         let s = active.width();
-        let mut words = [Word::splat(s, 0); 4];
+        let mut words = [[Word::splat(s, 0); N]; 4];
         for (cell, lanes) in self.numbers.groups(active) {
             let corners = corners(cell, self.side);
             for k in 0..4 {
                 let (row, column) = corners[k];
-                words[k] = lanes.select_words(Word::splat(s, word(row, column)), words[k]);
+                for (all, word) in words[k].iter_mut().zip(texel(row, column)) {
+                    *all = lanes.select_words(Word::splat(s, word), *all);
+                }
             }
         }
         array(|k| (words[k], self.weights[k]))

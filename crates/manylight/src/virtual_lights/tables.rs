@@ -405,54 +405,51 @@ impl OctahedralTable<'_> {
     /// hold any value.
     #[inline(always)]
     pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
-        let (s, side) = (w.z.width(), self.side);
+        let side = self.side;
         let cells = Cells::of(w, side);
         let sum = match self.texels {
             Texels::Float(texels) => {
-                let channel = |c: usize| {
-                    let word = |row, column| channel_bits(texels, row * side + column, c);
-                    let mut sum = Float::splat(s, 0.0);
-                    for (word, weight) in cells.words(active, word) {
-                        sum += word.to_float() * weight;
-                    }
-                    sum
+                let texel = |row: usize, column: usize| {
+                    let color = texels
+                        .get(row * side + column)
+                        .copied()
+                        .unwrap_or(Rgb::BLACK);
+                    [color.r.to_bits(), color.g.to_bits(), color.b.to_bits()]
                 };
-                Color::new(channel(0), channel(1), channel(2))
+                let color =
+                    |[r, g, b]: [Word<S>; 3]| Color::new(r.to_float(), g.to_float(), b.to_float());
+                weighted_sum(cells.words(active, texel), color)
             }
             Texels::Shared(texels) => {
-                let word = |row: usize, column: usize| {
-                    texels.get(row * side + column).map_or(0, |texel| texel.0)
+                let texel = |row: usize, column: usize| {
+                    [texels.get(row * side + column).map_or(0, |texel| texel.0)]
                 };
-                weighted_sum(cells.words(active, word), SharedExponent::colors)
+                weighted_sum(cells.words(active, texel), |[word]| {
+                    SharedExponent::colors(word)
+                })
             }
             Texels::Blocks(blocks) => {
-                let word = |row, column| blocks.fetch(row, column, side);
-                weighted_sum(cells.words(active, word), BlockTexels::colors)
+                let texel = |row, column| [blocks.fetch(row, column, side)];
+                weighted_sum(cells.words(active, texel), |[word]| {
+                    BlockTexels::colors(word)
+                })
             }
         };
-        sum * Color::splat(s, self.scale)
+        sum * Color::splat(w.z.width(), self.scale)
     }
 }
 
-/// The sum of the colors of words times their weights.
+/// The sum of the colors of texels times their weights.
 #[inline(always)]
-fn weighted_sum<S: Width>(
-    words: [(Word<S>, Float<S>); 4],
-    colors: impl Fn(Word<S>) -> Color<S>,
+fn weighted_sum<S: Width, const N: usize>(
+    texels: [([Word<S>; N], Float<S>); 4],
+    colors: impl Fn([Word<S>; N]) -> Color<S>,
 ) -> Color<S> {
-    let mut sum = Color::black(words[0].1.width());
-    for (words, weight) in words {
-        sum += colors(words) * weight;
+    let mut sum = Color::black(texels[0].1.width());
+    for (texel, weight) in texels {
+        sum += colors(texel) * weight;
     }
     sum
-}
-
-/// The bits of channel `c` of texel `t`; zero for the table without texels.
-#[inline(always)]
-fn channel_bits(texels: &[Rgb], t: usize, c: usize) -> u32 {
-    texels
-        .get(t)
-        .map_or(0, |texel| texel.to_array()[c].to_bits())
 }
 
 #[cfg(test)]

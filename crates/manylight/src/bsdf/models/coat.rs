@@ -99,7 +99,8 @@ impl<'s, S: Width> CoatTables<'s, S> {
         }
     }
 
-    /// The transmittance at the cosine `cos` >= 0, which differs little between lanes.
+    /// The transmittance at the cosine `cos` >= 0. Fastest where it differs little between lanes, as
+    /// towards a light.
     #[inline(always)]
     pub(in crate::bsdf) fn interpolate(&self, cos: Float<S>) -> Float<S> {
         if self.are_same {

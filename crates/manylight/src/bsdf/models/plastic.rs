@@ -396,11 +396,15 @@ impl<S: Width> RoughPlasticToWo<'_, S> {
     /// `f cosθ_i` for local directions.
     #[inline(always)]
     pub(in crate::bsdf) fn f_cos_wi(&self, wi: Vector<S>, wo: Vector<S>) -> Color<S> {
-        let cos = wi.z.max(0.0);
-        let enters = self.transmittance.interpolate(cos);
         let at = self.facets.reflection(wi, wo);
         let f = fresnel::coat_reflectance(at.cos, self.eta, self.inv_eta);
-        self.base * (enters * cos) + self.specular * (f * at.density)
+        let reflected = self.specular * (f * at.density);
+        // Tables of virtual lights have the glossy lobe alone.
+        if self.base.is_black().all() {
+            return reflected;
+        }
+        let cos = wi.z.max(0.0);
+        self.base * (self.transmittance.interpolate(cos) * cos) + reflected
     }
 }
 

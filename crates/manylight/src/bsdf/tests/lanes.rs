@@ -2,7 +2,7 @@
 
 use super::bounds::bound_within;
 use super::*;
-use crate::bsdf::{FixedWo, FixedWoLanes, LaneModel};
+use crate::bsdf::{FixedWi, FixedWo, FixedWoLanes, LaneModel};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, Mask};
 use crate::math::Spread;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
@@ -76,6 +76,80 @@ fn lanes_have_the_values_of_single_functions() {
                         for i in count..LANES {
                             assert!(values.rgb(i).is_black(), "{}", case.name);
                         }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn flat_and_tilted_functions_share_lanes() {
+    let all = cases();
+    let of = |name: &str| {
+        let case = all.iter().find(|case| case.name == name);
+        case.expect("a case of this name").bsdf(Vec3::Z)
+    };
+    let mut sampler = sampler(9);
+    for [flat, tilted] in [
+        ["diffuse", "normal_map"],
+        ["rough_conductor_ggx", "normal_map_anisotropic"],
+    ] {
+        for names in [[flat, tilted], [tilted, flat]] {
+            let both = names.map(of);
+            let model = LaneModel::of(&both[0]);
+            assert!(model == LaneModel::of(&both[1]) && model != LaneModel::Any);
+            let directions: [Vec3; LANES] = std::array::from_fn(|_| direction(&mut sampler));
+            let functions = directions
+                .iter()
+                .enumerate()
+                .map(|(i, &wo)| (&both[i % 2], wo));
+            for lobes in [Lobes::NON_SPECULAR, Lobes::DIFFUSE, Lobes::GLOSSY] {
+                let lanes = FixedWoLanes::new(model, lobes, functions.clone());
+                for _ in 0..8 {
+                    let mut incident = Lanes3::ZERO;
+                    (0..LANES).for_each(|i| incident.set(i, direction(&mut sampler)));
+                    let values = Isa::best().run(InLanes(&lanes, &incident));
+                    for (i, (bsdf, wo)) in functions.clone().enumerate() {
+                        let single = FixedWo::new(bsdf, wo, lobes).f_cos_wi(incident.vec(i));
+                        assert_same(values.rgb(i), single, names[i % 2]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// [`FixedWi::f_cos_wo_each`] in lanes.
+struct OutgoingInLanes<'a>(&'a FixedWi<'a, 'a>, &'a Lanes3);
+
+impl SimdKernel for OutgoingInLanes<'_> {
+    type Output = Lanes3;
+
+    #[inline(always)]
+    fn run<I: Simd>(self, isa: I) -> Lanes3 {
+        let s = isa.wide();
+        let all = Mask::splat(s, true);
+        Lanes3::of_colors(self.0.f_cos_wo_each(self.1.vectors(s), all))
+    }
+}
+
+#[test]
+fn fixed_incident_directions_have_the_values_of_single_ones() {
+    for case in cases() {
+        for ng in normals() {
+            let bsdf = case.bsdf(ng);
+            let mut sampler = sampler(10);
+            for lobes in [Lobes::NON_SPECULAR, Lobes::GLOSSY] {
+                for _ in 0..8 {
+                    let wi = direction(&mut sampler);
+                    let mut outgoing = Lanes3::ZERO;
+                    (0..LANES).for_each(|i| outgoing.set(i, direction(&mut sampler)));
+                    let function = FixedWi::new(&bsdf, wi, lobes);
+                    let values = Isa::best().run(OutgoingInLanes(&function, &outgoing));
+                    for i in 0..LANES {
+                        let single = bsdf.f_cos_wo(wi, outgoing.vec(i), lobes);
+                        assert_same(values.rgb(i), single, case.name);
                     }
                 }
             }

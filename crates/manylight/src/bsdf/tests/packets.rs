@@ -64,6 +64,27 @@ impl LaneKernel for &Packet<'_> {
         let points = SurfacePoints::load(s, &s.each(|i| self.points[i]));
         let mut bsdf = Bsdf::without_leaves(&points);
         materials.add_leaves(root, &points, textures, &mut bsdf);
+        self.answers(&bsdf)
+    }
+}
+
+/// A packet in which all lanes have the function of the first point.
+struct Alike<'a>(&'a Packet<'a>);
+
+impl LaneKernel for Alike<'_> {
+    type Output = Vec<Answers>;
+
+    #[inline(always)]
+    fn run<S: Width>(self, s: S) -> Vec<Answers> {
+        let Alike(packet) = self;
+        packet.answers(&packet.case.bsdf_at(&packet.points[0]).in_lanes(s))
+    }
+}
+
+impl Packet<'_> {
+    #[inline(always)]
+    fn answers<S: Width>(&self, bsdf: &Bsdf<S>) -> Vec<Answers> {
+        let s = bsdf.width();
         let given = Vector::from_fn(s, |i| self.given[i]);
         let other = Vector::from_fn(s, |i| self.other[i]);
         let u = Numbers {
@@ -146,14 +167,36 @@ fn near(a: f32, b: f32) -> bool {
 
 #[test]
 fn packets_have_the_answers_of_single_points() {
+    assert_answers_of_single_points(
+        20,
+        |sampler| std::array::from_fn(|_| sampler.next_2d()),
+        |isa, packet| isa.run_lanes(packet),
+    );
+}
+
+#[test]
+fn one_function_in_all_lanes_has_its_answers() {
+    assert_answers_of_single_points(
+        5,
+        |sampler| [sampler.next_2d(); LANES],
+        |isa, packet| isa.run_lanes(Alike(packet)),
+    );
+}
+
+/// Compares `rounds` packets of each case, with these texture coordinates, with single points.
+fn assert_answers_of_single_points(
+    rounds: usize,
+    uvs: impl Fn(&mut Sampler) -> [Vec2; LANES],
+    answers: impl Fn(Isa, &Packet) -> Vec<Answers>,
+) {
     let unequal = unequal_lobes();
     for case in cases().iter().chain(&unequal) {
         let mut sampler = sampler(21);
         let (mut asked, mut differ) = (0, 0);
         for lobes in [Lobes::ALL, Lobes::NON_SPECULAR, Lobes::SPECULAR] {
             for ng in normals() {
-                for _ in 0..20 {
-                    let uvs: [Vec2; LANES] = std::array::from_fn(|_| sampler.next_2d());
+                for _ in 0..rounds {
+                    let uvs = uvs(&mut sampler);
                     let packet = Packet {
                         case,
                         points: uvs.map(|uv| surface_at(ng, uv)),
@@ -164,7 +207,7 @@ fn packets_have_the_answers_of_single_points() {
                     };
                     for set in Instructions::available() {
                         let isa = Isa::new(set).expect("available");
-                        let answers = isa.run_lanes(&packet);
+                        let answers = answers(isa, &packet);
                         for (i, packed) in answers.iter().enumerate() {
                             asked += 1;
                             differ += u32::from(!are_equal(&single(&packet, i), packed, case.name));

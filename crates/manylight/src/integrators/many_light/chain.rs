@@ -182,12 +182,12 @@ fn first_branches(tile: &TileGather, stage: PathStage, direction: &Direction) ->
 fn chain_from(tile: &mut TileGather, direction: &Direction, w: Vec3) -> Chain {
     let point = &tile.points[direction.from as usize];
     let (prepared, found) = (tile.prepared, &mut tile.found_caustics);
-    let towards = IncidentDirection {
+    let incident = IncidentDirection {
         wi: w,
         f_cos: direction.f_cos,
     };
     Chain {
-        shared: shared_light(prepared, point, towards, found),
+        shared: shared_light(prepared, point, incident, found),
         scales: point.path.scales,
         first_weight: point.path.first_weight,
         max_photon_radius: direction.max_photon_radius,

@@ -55,12 +55,12 @@ pub(super) struct IncidentDirection {
     pub(super) f_cos: Rgb,
 }
 
-/// The caustic photons of a kernel.
+/// A kernel of caustic photons.
 #[derive(Clone, Copy, Debug)]
 struct CausticKernel {
-    /// In m.
+    /// Radius, in m.
     radius: f32,
-    /// Photons from surfaces, besides the one that is weighed.
+    /// Number of its photons from surfaces, besides the one that is weighed.
     others: u32,
 }
 
@@ -71,24 +71,24 @@ fn is_of_surface(photon: &Photon) -> bool {
 }
 
 /// How directions share the light of a chain with caustic photons: the densities of each class of
-/// lobes at the gather point where the chain starts in the direction `towards`.
+/// lobes at the gather point where the light of the chain arrives.
 pub(super) fn shared_light(
     prepared: &PreparedPasses,
     point: &GatherPoint,
-    towards: IncidentDirection,
+    incident: IncidentDirection,
     found: &mut Neighbors,
 ) -> SharedLight {
     let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
     let mut of_lobes = |lobes: Lobes| {
         let has_lobes = bsdf.lobes().has(lobes);
-        has_lobes.then(|| densities_at_direction(prepared, point, towards, lobes, found))
+        has_lobes.then(|| densities_at_direction(prepared, point, incident, lobes, found))
     };
     let [diffuse, glossy] = CLASSES.map(&mut of_lobes);
     let glossy_fraction = match (diffuse, glossy) {
         (_, None) => Rgb::BLACK,
         (None, Some(_)) => Rgb::WHITE,
         (Some(_), Some(_)) => {
-            let f = |lobes| bsdf.f(towards.wi, wo, lobes);
+            let f = |lobes| bsdf.f(incident.wi, wo, lobes);
             f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
                 if all > 0.0 { part / all } else { 0.0 }
             })
@@ -101,19 +101,18 @@ pub(super) fn shared_light(
     }
 }
 
-/// The densities for one class of lobes, at the gather point from which the direction `towards`
-/// comes.
+/// The densities for one class of lobes, at the gather point where the light of a chain arrives.
 fn densities_at_direction(
     prepared: &PreparedPasses,
     point: &GatherPoint,
-    towards: IncidentDirection,
+    incident: IncidentDirection,
     lobes: Lobes,
     found: &mut Neighbors,
 ) -> ChainDensities {
     let (x, path) = (&point.at.x, &point.path);
     let receiver = DensityReceiver {
         p: x.p,
-        n: x.normal_towards(towards.wi),
+        n: x.normal_towards(incident.wi),
     };
     let (mut others, bandwidth) = (0, caustic_bandwidth(prepared, path, lobes));
     let caustics = &prepared.caustics;
@@ -121,7 +120,7 @@ fn densities_at_direction(
         let counts = (prepared.limits).allow(path.segments + u32::from(photon.depth));
         others += u32::from(counts && is_of_surface(photon));
     });
-    densities(point, towards, CausticKernel { radius, others })
+    densities(point, incident, CausticKernel { radius, others })
 }
 
 /// The densities for light that arrives at a gather point.
@@ -183,11 +182,11 @@ fn caustic_radiance_of(
             arriving.iter().zip(all.into_iter().zip(reflected))
         {
             let wi = photon.wi;
-            let photons = CausticKernel {
+            let caustics = CausticKernel {
                 radius: arriving.radius(),
                 others: near.saturating_sub(1),
             };
-            let densities = densities(point, IncidentDirection { wi, f_cos }, photons);
+            let densities = densities(point, IncidentDirection { wi, f_cos }, caustics);
             let fraction = match is_of_surface(photon) {
                 true => 1.0 - densities.surface_fraction(),
                 false => densities.photon_emission_fraction(photon.ray_density),

@@ -29,7 +29,7 @@ fn unlimited() -> PathLimits {
 }
 
 /// The square [-1, 1]² at z = 0 with normal +z.
-fn floor(material: Material) -> Scene {
+pub(super) fn floor(material: Material) -> Scene {
     let mut b = Builder::new(Vec3::new(0.0, 0.0, 3.0), Vec3::new(0.0, 0.1, 0.0), 60.0, 8);
     let material = b.material(material);
     b.rectangle(Vec3::ZERO, Vec3::X, Vec3::Y, material, None);
