@@ -9,9 +9,9 @@ use super::samples::{BsdfNumbers, BsdfSample, BsdfSamples};
 use super::{Bsdf, ExitTransmittance, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, Word, cosine_hemisphere};
+use crate::math::Vec3;
 use crate::math::float::ONE_MINUS_EPSILON;
-use crate::math::{Vec2, Vec3};
-use crate::sampling::rng;
+use crate::sampling::{LowDiscrepancySequence, rng};
 use crate::simd::outlined;
 
 /// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with
@@ -19,14 +19,6 @@ use crate::simd::outlined;
 /// and rough metal surfaces, at 0.25 and 0.75: pixel variance 1.01, .99 and .99, 1.24 times; in the
 /// third-party classroom .98 and 1.06.
 pub(super) const MAX_DEFENSIVE_PROBABILITY: f32 = 0.5;
-
-/// Steps of a three-dimensional additive recurrence, by powers of a generalized golden ratio.
-/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
-const STEPS: [f64; 3] = [
-    0.819_172_513_396_164_4,
-    0.671_043_606_703_789_2,
-    0.549_700_477_901_971,
-];
 
 /// Points of the quadrature of albedos, for an error of about one percent.
 const ALBEDO_SAMPLES: u32 = 1024;
@@ -94,14 +86,11 @@ impl Bsdf<'_> {
             // |wo·ng| / π integrates to 1 over any hemisphere, also over that around ns.
             return self.diffuse_weight(wi);
         }
-        let sum: Rgb = (0..ALBEDO_SAMPLES)
+        let sequence = LowDiscrepancySequence::new([0.5; 3]);
+        let sum: Rgb = (1..=ALBEDO_SAMPLES)
             .filter_map(|i| {
-                let [a, b, c] = STEPS.map(|step| ((0.5 + step * f64::from(i + 1)) % 1.0) as f32);
-                let u = BsdfNumbers {
-                    lobe: a.min(ONE_MINUS_EPSILON),
-                    direction: Vec2::new(b.min(ONE_MINUS_EPSILON), c.min(ONE_MINUS_EPSILON)),
-                };
-                self.sample_wo(wi, u, lobes)
+                let (lobe, direction) = sequence.triple(i);
+                self.sample_wo(wi, BsdfNumbers { lobe, direction }, lobes)
             })
             .map(|sample| sample.weight)
             .sum();

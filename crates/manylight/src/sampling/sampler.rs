@@ -161,14 +161,20 @@ fn additive_recurrence<const D: usize>(start: [f32; D], steps: [f64; D], index: 
     std::array::from_fn(|k| at(k).min(1.0 - f32::EPSILON))
 }
 
-/// A low-discrepancy sequence of points in [0, 1)³ with a random start: the R₃ sequence. See
-/// [`Sampler::next_sequence`].
+/// A low-discrepancy sequence of points in [0, 1)³: the R₃ sequence. With a random start each point
+/// is uniform; see [`Sampler::next_sequence`].
 #[derive(Clone, Copy, Debug)]
 pub struct LowDiscrepancySequence {
     start: [f32; 3],
 }
 
 impl LowDiscrepancySequence {
+    /// The sequence with point 0 at `start`, in [0, 1)³.
+    #[inline]
+    pub fn new(start: [f32; 3]) -> Self {
+        LowDiscrepancySequence { start }
+    }
+
     /// Point `index` of the sequence, as one number and a pair.
     #[inline]
     pub fn triple(&self, index: u32) -> (f32, Vec2) {
@@ -226,9 +232,7 @@ impl Sampler {
     /// A low-discrepancy sequence with a random start: three numbers of the generator.
     #[inline]
     pub fn next_sequence(&mut self) -> LowDiscrepancySequence {
-        LowDiscrepancySequence {
-            start: [self.next_1d(), self.next_1d(), self.next_1d()],
-        }
+        LowDiscrepancySequence::new([self.next_1d(), self.next_1d(), self.next_1d()])
     }
 
     /// The next two numbers.

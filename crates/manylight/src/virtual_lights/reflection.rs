@@ -4,10 +4,10 @@
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes, Numbers};
 use crate::color::Rgb;
 use crate::lanes::{Float, Pair, Vector, Width, lane};
-use crate::math::float::ONE_MINUS_EPSILON;
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
+use crate::sampling::LowDiscrepancySequence;
 use crate::sampling::rng::Pcg;
-use crate::simd::{Isa, LaneKernel, array, set_bits};
+use crate::simd::{Isa, LaneKernel, set_bits};
 
 /// Number of directions, over all paths of a light, from which the reflected flux is estimated.
 /// Where half of the directions lie in the domain, the relative standard deviation is `1/√256`, 6
@@ -19,10 +19,6 @@ const MIN_FLUX_SAMPLES: u32 = 16;
 /// Sine of the largest depth below the horizon at which a sampled direction counts as reflected
 /// about a tilted shading normal, not as transmitted.
 const MAX_REFLECTION_DEPTH: f32 = 0.5;
-/// Steps of an additive recurrence in three dimensions.
-/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
-const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
-
 /// One light path at a surface: `I(w) = Φ f(wi → w) |w·n|` over the non-specular lobes.
 #[derive(Clone, Copy, Debug)]
 pub struct Reflection<'s> {
@@ -43,12 +39,9 @@ impl Reflection<'_> {
 
     /// Direction `i` of a sequence, sampled from the glossy lobes, with its flux in W; `None` if no
     /// direction is sampled.
-    fn sample_glossy(&self, sequence: &Sequence, i: u32) -> Option<(Vec3, Rgb)> {
-        let [lobe, u, v] = sequence.numbers(i);
-        let numbers = BsdfNumbers {
-            lobe,
-            direction: Vec2::new(u, v),
-        };
+    fn sample_glossy(&self, sequence: &LowDiscrepancySequence, i: u32) -> Option<(Vec3, Rgb)> {
+        let (lobe, direction) = sequence.triple(i);
+        let numbers = BsdfNumbers { lobe, direction };
         let sample = self.bsdf.sample_wo(self.wi, numbers, Lobes::GLOSSY)?;
         Some((sample.w, self.flux * sample.weight))
     }
@@ -59,42 +52,22 @@ impl Reflection<'_> {
         Isa::best().run_lanes(Scatter {
             path: self,
             count,
-            sequence: Sequence::new(rng),
+            sequence: random_sequence(rng),
             visit,
         });
     }
 }
 
-/// An additive recurrence in three dimensions: a low-discrepancy sequence.
-struct Sequence {
-    /// Its start, in [0, 1)³.
-    shift: [f32; 3],
-}
-
-impl Sequence {
-    /// A sequence with a random start.
-    fn new(rng: &mut Pcg) -> Self {
-        Sequence {
-            shift: [rng.next_f32(), rng.next_f32(), rng.next_f32()],
-        }
-    }
-
-    /// Element `i`, in [0, 1)³.
-    #[inline(always)]
-    fn numbers(&self, i: u32) -> [f32; 3] {
-        array(|c| {
-            (self.shift[c] + STEPS[c] * i as f32)
-                .fract()
-                .min(ONE_MINUS_EPSILON)
-        })
-    }
+/// A sequence with a random start.
+fn random_sequence(rng: &mut Pcg) -> LowDiscrepancySequence {
+    LowDiscrepancySequence::new([rng.next_f32(), rng.next_f32(), rng.next_f32()])
 }
 
 /// Kernel of [`Reflection::scatter`].
 struct Scatter<'a, 's, V> {
     path: &'a Reflection<'s>,
     count: u32,
-    sequence: Sequence,
+    sequence: LowDiscrepancySequence,
     visit: V,
 }
 
@@ -106,11 +79,10 @@ impl<V: FnMut(Vec3, Rgb, f32)> LaneKernel for Scatter<'_, '_, V> {
         let path = self.path;
         let (bsdf, wi) = (path.bsdf.in_lanes(s), Vector::splat(s, path.wi));
         for first in (1..=self.count).step_by(S::LANES) {
-            let numbers = s.each(|k| self.sequence.numbers(first + k as u32));
-            let of = |c: usize| Float::from_fn(s, |k| numbers.as_ref()[k][c]);
+            let triples = s.each(|k| self.sequence.triple(first + k as u32));
             let numbers = Numbers {
-                lobe: of(0),
-                direction: Pair::new(of(1), of(2)),
+                lobe: Float::from_fn(s, |k| triples.as_ref()[k].0),
+                direction: Pair::from_fn(s, |k| triples.as_ref()[k].1),
             };
             let samples = bsdf.sample_each_wo(wi, numbers, Lobes::GLOSSY);
             let (w, weight, eta) = (
@@ -136,7 +108,7 @@ pub(super) fn scatter_all(
     rng: &mut Pcg,
     mut visit: impl FnMut(Vec3, Rgb),
 ) {
-    let sequence = Sequence::new(rng);
+    let sequence = random_sequence(rng);
     let each = count.div_ceil(paths.len().max(1) as u32);
     let numbers = (1..=each).flat_map(|_| paths).zip(1..);
     for (path, i) in numbers {
@@ -224,7 +196,7 @@ mod tests {
             path.scatter(count, &mut Pcg::new(1), |w, flux, _| {
                 scattered.push((w, flux))
             });
-            let sequence = Sequence::new(&mut Pcg::new(1));
+            let sequence = random_sequence(&mut Pcg::new(1));
             let single: Vec<(Vec3, Rgb)> = (1..=count)
                 .filter_map(|i| path.sample_glossy(&sequence, i))
                 .collect();
