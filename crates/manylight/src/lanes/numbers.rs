@@ -309,14 +309,6 @@ impl From<f32> for Float<One> {
     }
 }
 
-impl Mask<One> {
-    /// The value in all lanes of `s`.
-    #[inline(always)]
-    pub(crate) fn in_lanes<S: Width>(&self, s: S) -> Mask<S> {
-        Mask::splat(s, self.any())
-    }
-}
-
 impl<S: Width> Mask<S> {
     /// The lanes of the set bits.
     #[inline(always)]

@@ -1,6 +1,8 @@
 //! Sixteen lanes in memory, which are written and read one by one.
 
+use super::numbers::Mask;
 use super::vector::{Axes, Color, Pair, Vector};
+use crate::simd::{One, Width};
 use std::ops::{Deref, DerefMut};
 
 /// A structure of [`Stored`] numbers at the start of a cache line, so that vectors are loaded from
@@ -22,6 +24,14 @@ impl<T> DerefMut for CacheAligned<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut T {
         &mut self.0
+    }
+}
+
+impl Mask<One> {
+    /// The value in all lanes of `s`.
+    #[inline(always)]
+    pub(crate) fn in_lanes<S: Width>(&self, s: S) -> Mask<S> {
+        Mask::splat(s, self.any())
     }
 }
 
