@@ -66,9 +66,9 @@ outlined! {
         bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>,
     ) -> DirectResponses<S> { bsdf.width() => bsdf.direct_responses_inlined(wi, wo) }
 
-    fn f_cos_each_wo<S: Width>(
-        bsdf: &Bsdf<'_>, wi: Vec3, wo: Vector<S>, lobes: Lobes,
-    ) -> Color<S> { wo.z.width() => bsdf.f_cos_each_wo_inlined(wi, wo, lobes) }
+    fn f_cos_wo_each<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>, lobes: Lobes,
+    ) -> Color<S> { bsdf.width() => bsdf.f_cos_wo_each_inlined(wi, wo, lobes) }
 
     fn responses<S: Width>(
         bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>, lobes: Lobes,
@@ -167,30 +167,6 @@ impl<'s> Bsdf<'s> {
         self.f(wi, wo, lobes) * wo.dot(self.ng.into()).abs()
     }
 
-    /// [`Bsdf::f_cos_wo`] in each lane.
-    #[inline(always)]
-    pub(crate) fn f_cos_each_wo<S: Width>(
-        &self,
-        wi: Vec3,
-        wo: Vector<S>,
-        lobes: Lobes,
-    ) -> Color<S> {
-        f_cos_each_wo(self, wi, wo, lobes)
-    }
-
-    #[inline(always)]
-    fn f_cos_each_wo_inlined<S: Width>(&self, wi: Vec3, wo: Vector<S>, lobes: Lobes) -> Color<S> {
-        let s = wo.z.width();
-        let cos = wi.dot(self.ng.into()).abs();
-        if cos == 0.0 || !self.lobes().has(lobes.and(Lobes::FINITE)) {
-            return Color::black(s);
-        }
-        let all = self.in_lanes(s);
-        let local = all.frame.to_local(Vector::splat(s, wi));
-        let values = all.values_local(local, all.frame.to_local(wo), Classes::splat(s, lobes));
-        values.sum() * (wo.dot(all.ng).abs() * cos.recip())
-    }
-
     /// Density of [`Bsdf::sample_wi`] per solid angle, without delta lobes.
     pub fn pdf_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
         let (wi, wo) = (
@@ -273,6 +249,20 @@ impl<'s, S: Width> Bsdf<'s, S> {
     #[inline(always)]
     pub(super) fn width(&self) -> S {
         self.ng.x.width()
+    }
+
+    /// [`Bsdf::f_cos_wo`] in each lane.
+    #[inline(always)]
+    pub(super) fn f_cos_wo_each(&self, wi: Vector<S>, wo: Vector<S>, lobes: Lobes) -> Color<S> {
+        f_cos_wo_each(self, wi, wo, lobes)
+    }
+
+    #[inline(always)]
+    fn f_cos_wo_each_inlined(&self, wi: Vector<S>, wo: Vector<S>, lobes: Lobes) -> Color<S> {
+        let cos = wi.dot(self.ng).abs();
+        let (local, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        let values = self.values_local(local, to, Classes::splat(self.width(), lobes));
+        (values.sum() * (wo.dot(self.ng).abs() / cos)).within(cos.gt(0.0))
     }
 
     /// [`Bsdf::receiving_normal`], and the lanes in which there is one.

@@ -39,7 +39,7 @@ mod tests;
 mod tilt;
 
 pub use exit_transmittance::ExitTransmittance;
-pub use fixed_wi::FixedWi;
+pub(crate) use fixed_wi::FixedWi;
 pub use fixed_wo::FixedWo;
 pub use fixed_wo_lanes::{FixedWoLanes, LaneModel};
 pub use function::Bsdf;

@@ -147,7 +147,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             lights: set,
             id,
             light,
-            emission: EmissionView::of(set, id),
+            emission: EmissionView::of(self.s, set, id),
             radius,
             lobe: if is_sphere {
                 // The random numbers of the points differ from pass to pass.
@@ -175,7 +175,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     #[inline(always)]
     fn add_part(
         &mut self,
-        light: &ConnectedLight<EmissionView>,
+        light: &ConnectedLight<EmissionView<S>>,
         part: &LightPoint,
         active: [LaneMask; BATCHES],
         sums: &mut [Gathered],
@@ -215,7 +215,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     #[inline(always)]
     fn connect(
         &mut self,
-        light: &ConnectedLight<EmissionView>,
+        light: &ConnectedLight<EmissionView<S>>,
         part: &LightPoint,
         active: [LaneMask; BATCHES],
     ) -> [LitPoints; BATCHES] {
@@ -249,7 +249,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     #[inline(always)]
     fn connect_sphere(
         &mut self,
-        light: &ConnectedLight<EmissionView>,
+        light: &ConnectedLight<EmissionView<S>>,
         (part, count): (&LightPoint, usize),
         active: [LaneMask; BATCHES],
     ) -> [LitPoints; BATCHES] {
@@ -273,7 +273,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
     fn set_values(
         &mut self,
         b: usize,
-        light: &ConnectedLight<EmissionView>,
+        light: &ConnectedLight<EmissionView<S>>,
         connection: &Connection<S>,
     ) -> LitPoints {
         let (s, batch) = (self.s, &self.batches[b]);

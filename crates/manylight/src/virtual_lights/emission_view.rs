@@ -13,11 +13,11 @@ use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
 
 /// The emission of one light, with all that does not depend on the direction looked up.
-pub(crate) enum EmissionView<'f, 's> {
+pub(crate) enum EmissionView<'f, 's, S: Sixteen> {
     /// See [`Emission::Single`].
     Single {
         flux: Rgb,
-        reflection: FixedWi<'f, 's>,
+        reflection: FixedWi<'f, 's, S>,
     },
     /// See [`Emission::Rich`].
     Rich(RichEmission<'f, 's>),
@@ -58,15 +58,15 @@ impl VirtualLights<'_> {
     }
 }
 
-impl<'f, 's> EmissionView<'f, 's> {
+impl<'f, 's, S: Sixteen> EmissionView<'f, 's, S> {
     /// The emission of light `id` of `lights`, prepared for many directions.
     #[inline(always)]
-    pub(crate) fn of(lights: &'f VirtualLights<'s>, id: LightId) -> Self {
+    pub(crate) fn of(s: S, lights: &'f VirtualLights<'s>, id: LightId) -> Self {
         match LightEmission::of(lights, id) {
             LightEmission::Rich(rich) => EmissionView::Rich(rich),
             LightEmission::Single(Reflection { wi, flux, bsdf }) => EmissionView::Single {
                 flux: *flux,
-                reflection: FixedWi::new(bsdf, *wi, Lobes::NON_SPECULAR),
+                reflection: FixedWi::new(s, bsdf, *wi, Lobes::NON_SPECULAR),
             },
         }
     }
@@ -114,7 +114,7 @@ impl<S: Width> RadiantIntensity<S> for RichEmission<'_, '_> {
     }
 }
 
-impl<S: Sixteen> RadiantIntensity<S> for EmissionView<'_, '_> {
+impl<S: Sixteen> RadiantIntensity<S> for EmissionView<'_, '_, S> {
     #[inline(always)]
     fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
         view_intensity(self, w, active)
@@ -138,13 +138,13 @@ impl RadiantIntensity<One> for SingleEmission<'_, '_> {
 outlined! {
     /// The intensity of an [`EmissionView`].
     fn view_intensity<S: Sixteen>(
-        view: &EmissionView<'_, '_>, w: Vector<S>, active: Mask<S>,
+        view: &EmissionView<'_, '_, S>, w: Vector<S>, active: Mask<S>,
     ) -> Color<S> { w.z.width() => view.intensity_inlined(w, active) }
 }
 
-impl EmissionView<'_, '_> {
+impl<S: Sixteen> EmissionView<'_, '_, S> {
     #[inline(always)]
-    fn intensity_inlined<S: Sixteen>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+    fn intensity_inlined(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
         match self {
             EmissionView::Single { flux, reflection } => {
                 reflection.f_cos_wo_each(w, active) * Color::splat(w.z.width(), *flux)

@@ -159,7 +159,7 @@ impl SimdKernel for Evaluation<'_, '_> {
         let mut sums = vec![Lanes3::ZERO; middles.len()];
         let (mut values, mut samples) = (sums.clone(), Vec::new());
         for path in paths {
-            let outgoing = FixedWi::new(&path.bsdf, path.wi, Lobes::GLOSSY);
+            let outgoing = FixedWi::new(s, &path.bsdf, path.wi, Lobes::GLOSSY);
             let flux = Color::splat(s, path.flux);
             let mut brightest = Float::splat(s, 0.0);
             for (value, w) in values.iter_mut().zip(&middles) {

@@ -121,7 +121,7 @@ fn flat_and_tilted_functions_share_lanes() {
 }
 
 /// [`FixedWi::f_cos_wo_each`] in lanes.
-struct OutgoingInLanes<'a>(&'a FixedWi<'a, 'a>, &'a Lanes3);
+struct OutgoingInLanes<'a>(&'a Bsdf<'a>, Vec3, Lobes, &'a Lanes3);
 
 impl SimdKernel for OutgoingInLanes<'_> {
     type Output = Lanes3;
@@ -129,8 +129,10 @@ impl SimdKernel for OutgoingInLanes<'_> {
     #[inline(always)]
     fn run<I: Simd>(self, isa: I) -> Lanes3 {
         let s = isa.wide();
-        let all = Mask::splat(s, true);
-        Lanes3::of_colors(self.0.f_cos_wo_each(self.1.vectors(s), all))
+        let OutgoingInLanes(bsdf, wi, lobes, outgoing) = self;
+        let function = FixedWi::new(s, bsdf, wi, lobes);
+        let values = function.f_cos_wo_each(outgoing.vectors(s), Mask::splat(s, true));
+        Lanes3::of_colors(values)
     }
 }
 
@@ -145,8 +147,7 @@ fn fixed_incident_directions_have_the_values_of_single_ones() {
                     let wi = direction(&mut sampler);
                     let mut outgoing = Lanes3::ZERO;
                     (0..LANES).for_each(|i| outgoing.set(i, direction(&mut sampler)));
-                    let function = FixedWi::new(&bsdf, wi, lobes);
-                    let values = Isa::best().run(OutgoingInLanes(&function, &outgoing));
+                    let values = Isa::best().run(OutgoingInLanes(&bsdf, wi, lobes, &outgoing));
                     for i in 0..LANES {
                         let single = bsdf.f_cos_wo(wi, outgoing.vec(i), lobes);
                         assert_same(values.rgb(i), single, case.name);
