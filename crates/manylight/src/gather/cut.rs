@@ -143,7 +143,7 @@ impl SimdKernel for AddCut<'_> {
             allowed = self.allowed(s, &cut, &sum.gathered);
         }
         sum.count_clamped(self.sums);
-        self.finish(&cut, &sum.gathered, &allowed);
+        self.finish(&cut, &sum.gathered);
     }
 }
 
@@ -265,7 +265,7 @@ impl AddCut<'_> {
     }
 
     /// Adds the terms of the cut to the sums.
-    fn finish(self, cut: &[CutNode], gathered: &[[Lanes3; BATCHES]], allowed: &[Lanes; BATCHES]) {
+    fn finish(self, cut: &[CutNode], gathered: &[[Lanes3; BATCHES]]) {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
@@ -281,7 +281,7 @@ impl AddCut<'_> {
                 sum.connections = gathered.len() as u64;
                 let bound = cut.iter().map(|c| c.bounds[b].most[i]).fold(0.0, f32::max);
                 if bound > 0.0 {
-                    sum.cluster_error = bound / allowed[b][i] * self.limits.max_error;
+                    sum.cluster_error = bound / sum.radiance.luminance();
                 }
             }
         }

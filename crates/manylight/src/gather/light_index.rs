@@ -18,7 +18,8 @@ pub struct LightIndex<'s> {
     pub(super) tree: Option<LightTree>,
     /// Number of light groups; 0 if they are not told apart.
     pub(super) groups: usize,
-    /// Fraction of the lights of its group that lie before each light; empty without groups.
+    /// Place of each light in its group, in (0, 1): the fraction of the group's lights up to its
+    /// middle; empty without groups.
     progress: Vec<f32>,
 }
 
@@ -112,7 +113,7 @@ impl<'s> LightIndex<'s> {
     }
 }
 
-/// The fraction of its group that lies before each light, for lights sorted by group.
+/// The place of each light in its group, for lights sorted by group.
 fn progress_in_groups(groups: &[LightGroup]) -> Vec<f32> {
     let of_group = |group: &[LightGroup]| {
         let count = group.len();

@@ -1,6 +1,6 @@
 //! Sums over virtual lights at shading points. [`Kernel`] is the shape with which a light is
 //! evaluated, [`Strategy`] the choice of lights that are evaluated. All kernels and strategies make
-//! their connections by `Gather::connect`.
+//! their connections by the functions of `connect`.
 //!
 //! | strategy | modules |
 //! |---|---|

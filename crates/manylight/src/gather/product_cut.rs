@@ -109,15 +109,14 @@ pub(super) fn sums(
     for &root in context.tree.roots() {
         cut.put(0, root, None);
     }
-    let allowed = cut.refine(limits, tolerance);
-    cut.finish(limits, allowed, &mut sums, &mut by_group[first_of_pixel..]);
+    cut.refine(limits, tolerance);
+    cut.finish(&mut sums, &mut by_group[first_of_pixel..]);
     sums
 }
 
 impl ProductCut<'_, '_, '_> {
-    /// Refines until no bound exceeds the allowed error, which is returned, or the cut is as large
-    /// as it may be.
-    fn refine(&mut self, limits: CutLimits, tolerance: f32) -> f32 {
+    /// Refines until no bound exceeds the allowed error, or the cut is as large as it may be.
+    fn refine(&mut self, limits: CutLimits, tolerance: f32) {
         let allowed = |total: f64| tolerance.max(limits.max_error * total as f32);
         while self.terms < limits.max_lights as usize {
             let Some(Refinable { pair: index, .. }) = self.queue.pop() else {
@@ -130,7 +129,6 @@ impl ProductCut<'_, '_, '_> {
                 self.split(&pair);
             }
         }
-        allowed(self.total)
     }
 
     /// Replaces a pair by the pairs with the children of one of its nodes: the one with the larger
@@ -245,7 +243,7 @@ impl ProductCut<'_, '_, '_> {
     }
 
     /// Adds the terms of the cut to the sums of their points.
-    fn finish(self, limits: CutLimits, allowed: f32, sums: &mut [Gathered], by_group: &mut [Rgb]) {
+    fn finish(self, sums: &mut [Gathered], by_group: &mut [Rgb]) {
         let lights = self.context.lights;
         let mut largest = 0.0f32;
         for pair in self.pairs.iter().flatten() {
@@ -262,7 +260,7 @@ impl ProductCut<'_, '_, '_> {
             largest = largest.max(pair.bound.bound);
         }
         if largest > 0.0 {
-            let error = largest / allowed * limits.max_error;
+            let error = largest / self.total as f32;
             sums.iter_mut().for_each(|sum| sum.cluster_error = error);
         }
         sums[0].terms = self.terms as u32;

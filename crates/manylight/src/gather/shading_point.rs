@@ -17,7 +17,8 @@ pub struct ShadingPoint<'s> {
     pub bsdf: Bsdf<'s>,
     /// Largest photon depth that fits the path limits; `None` without limit.
     pub max_photon_depth: Option<u32>,
-    /// Random number in [0, 1), for the number of points that stand for a disc.
+    /// Random number in [0, 1): the number of points that stand for a disc, directions to spheres,
+    /// and the seeds of roulette, cuts and the lobes of lights follow from it.
     pub u: f32,
     /// The lights that are summed.
     pub lights: Subset,
@@ -56,16 +57,19 @@ impl<'s> AsRef<ShadingPoint<'s>> for ShadingPoint<'s> {
 pub struct Gathered {
     /// Radiance towards the viewer, in W/(m² sr).
     pub radiance: Rgb,
-    /// Radiance that the clamp removed, visibility not counted; luminance in W/(m² sr).
+    /// Radiance that the clamp removed from the connections evaluated, visibility not counted;
+    /// luminance in W/(m² sr). A cut through the light tree also counts the representatives of
+    /// clusters that it refined, each as one light.
     pub clamped: f32,
-    /// Radiance before clamping, visibility not counted; luminance in W/(m² sr).
+    /// Radiance of the same connections before clamping.
     pub unclamped: f32,
     /// Number of terms of the sum: lights, or the lights and clusters of a cut.
     pub terms: u32,
-    /// Upper bound of the error of any cluster, relative to the luminance of `radiance`; 0 without
-    /// clusters.
+    /// Upper bound of the error of any cluster, relative to the luminance of `radiance`, or of the
+    /// sum over a pixel with one cut for all its points; 0 without clusters.
     pub cluster_error: f32,
-    /// Connections evaluated.
+    /// Lights, and representatives of clusters, that were evaluated, those included that face away
+    /// from the point.
     pub connections: u64,
     /// Shadow rays traced.
     pub shadow_rays: u64,

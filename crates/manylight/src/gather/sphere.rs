@@ -23,6 +23,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 /// Squared radius of the sphere of a light of one photon, times π, relative to the area per light.
 /// The sphere then reaches half as far as the tenth nearest light.
 const SPHERE_AREAS: f32 = 2.5;
+
 /// Radius of `light` as a sphere in m: that of its photons; of a light of one photon, by
 /// `area_factor` times the area that it represents.
 #[inline(always)]

@@ -24,6 +24,13 @@ pub(super) const LOBE_DIRECTIONS: usize = 4;
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
 /// Step between successive angles, as a fraction of a turn: the golden ratio.
 const GOLDEN_TURN: f32 = 0.618_034;
+/// Multiples of the random number of a point, whose fractional parts serve as further numbers. None
+/// is the number itself, which decides how many directions there are. Primes, so that no two are in
+/// step.
+const AZIMUTH: f32 = 13.0;
+const SHIFT: f32 = 61.0;
+const LOBE_HEIGHT: f32 = 17.0;
+const LOBE_AZIMUTH: f32 = 7.0;
 
 /// Mean cosine of the lobe that samples a reflection of the given roughness.
 fn mean_cosine(roughness: f32) -> f32 {
@@ -92,7 +99,7 @@ impl<S: Sixteen> SphereSamples<S> {
     /// The samples of the points of a batch.
     #[inline(always)]
     pub(super) fn of(s: S, batch: &Batch) -> Self {
-        let turn = |i: usize, u: f32| TAU * (u + GOLDEN_TURN * i as f32);
+        let turn = |i: usize, u: f32| TAU * (AZIMUTH * u + GOLDEN_TURN * i as f32);
         let turns = std::array::from_fn(|i| {
             [
                 batch.u.map(|u| turn(i, u).cos()),
@@ -102,7 +109,7 @@ impl<S: Sixteen> SphereSamples<S> {
         let glossy = batch.roughness.iter().any(|&roughness| roughness < 1.0);
         SphereSamples {
             turns,
-            shift: batch.u.map(|u| (61.0 * u).fract()),
+            shift: batch.u.map(|u| (SHIFT * u).fract()),
             lobe: glossy.then(|| PointLobe::of(s, batch)),
         }
     }
@@ -121,8 +128,8 @@ impl<S: Sixteen> PointLobe<S> {
         };
         for k in 0..LOBE_DIRECTIONS {
             let direction = Vector::from_fn(s, |i| {
-                let u = (k as f32 + (17.0 * batch.u[i]).fract()) / LOBE_DIRECTIONS as f32;
-                let turn = (batch.u[i] * 7.0 + GOLDEN_TURN * k as f32).fract();
+                let u = (k as f32 + (LOBE_HEIGHT * batch.u[i]).fract()) / LOBE_DIRECTIONS as f32;
+                let turn = (LOBE_AZIMUTH * batch.u[i] + GOLDEN_TURN * k as f32).fract();
                 let frame = Frame::from_normal(batch.mirrored.vec(i));
                 frame.to_world(warp::henyey_greenstein(Vec2::new(turn, u), g[i]))
             });

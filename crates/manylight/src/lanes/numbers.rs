@@ -107,7 +107,7 @@ impl<S: Width> Float<S> {
         out
     }
 
-    /// The number of lanes, as a proof of the instructions.
+    /// The token of the width: whoever holds it may run the instructions of these lanes.
     #[inline(always)]
     pub fn width(self) -> S {
         self.s
@@ -359,7 +359,7 @@ impl<S: Width> Mask<S> {
         }
     }
 
-    /// The number of lanes, as a proof of the instructions.
+    /// The token of the width: whoever holds it may run the instructions of these lanes.
     #[inline(always)]
     pub fn width(self) -> S {
         self.s
@@ -397,7 +397,7 @@ impl<S: Width> Word<S> {
         self.s.store_words(self.u)
     }
 
-    /// The number of lanes, as a proof of the instructions.
+    /// The token of the width: whoever holds it may run the instructions of these lanes.
     #[inline(always)]
     pub fn width(self) -> S {
         self.s

@@ -1,12 +1,12 @@
 //! Functions in lanes beside those of the standard library, in all instruction sets.
 
 use super::{
-    Float, Mask, One, Pair, Vector, Width, Word, cosine_hemisphere, disc, power, sample_linear,
-    sphere, split, triangle,
+    Float, Mask, One, Pair, Vector, Width, Word, disc, power, sample_linear, sphere, split,
+    triangle,
 };
 use crate::math::{Vec2, Vec3};
-use crate::sampling::warp;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// A check of `f(x)` for many `x`.
 struct Check<'a> {
@@ -86,14 +86,29 @@ fn logarithms_of_small_and_large_numbers() {
 }
 
 #[test]
-fn warps_are_those_of_single_numbers() {
+fn squares_map_to_discs_by_octants() {
     for i in 0..1000 {
         let u = Vec2::new(i as f32 / 1000.0, (i as f32 * 0.618_034).fract());
-        let w: Vec3 = cosine_hemisphere(Pair::from(u)).into();
-        assert!(w.abs_diff_eq(warp::cosine_hemisphere(u), 1e-6));
+        let [x, y] = u.to_array().map(|x| 2.0 * f64::from(x) - 1.0);
+        let (r, angle) = match x.abs() > y.abs() {
+            true => (x, FRAC_PI_4 * y / x),
+            false => (y, FRAC_PI_2 - FRAC_PI_4 * x / y),
+        };
+        let point: Vec2 = disc(Pair::from(u)).into();
+        let expected = [r * angle.cos(), r * angle.sin()].map(|x| x as f32);
+        assert!(point.abs_diff_eq(expected.into(), 1e-6), "{u}");
     }
     let center = disc(Pair::from(Vec2::splat(0.5)));
     assert_eq!([center.x.get(), center.y.get()], [0.0, 0.0]);
+}
+
+#[test]
+fn angles_of_cosines_are_within_their_error() {
+    for i in -10_000..=10_000 {
+        let x = i as f32 / 10_000.0;
+        let error = f64::from(Float::<One>::from(x).acos().get()) - f64::from(x).acos();
+        assert!(error.abs() < 4e-7, "{x}: {error}");
+    }
 }
 
 #[test]

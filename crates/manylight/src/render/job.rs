@@ -23,6 +23,7 @@ const MIN_PASSES_FOR_ERROR: u32 = 4;
 const ERROR_STEP: u32 = 8;
 
 /// The end of a render: at the first limit that is reached. At least one pass is always made.
+/// Without any limit a render ends only when it is canceled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Budget {
     /// Number of passes; for path tracing, samples per pixel.
@@ -153,13 +154,13 @@ pub fn resume(
     passes.render_to_the_end(job.frame, film, elapsed, cancel, observer)
 }
 
-/// Renders the frames of a walkthrough. Photons and virtual lights are made once for all frames. A
-/// frame has the bits of its render alone.
+/// Renders the frames of a walkthrough. Photons and virtual lights are made once for all frames, if
+/// the number of passes is given; otherwise each frame makes those after its first group of passes
+/// anew. A frame has the bits of its render alone.
 pub struct Walkthrough<'j, 's>(Passes<'j, 's>);
 
 impl<'j, 's> Walkthrough<'j, 's> {
-    /// Before the first frame; the frame of `job` is ignored. The virtual lights of all its passes
-    /// are kept.
+    /// Before the first frame; the frame of `job` is ignored.
     pub fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
         let method = job.method_of_many_passes();
         let kept = method.max_group_count(job.scene, job.budget.passes) as usize;

@@ -16,14 +16,13 @@ pub fn disc(u: Vec2) -> Vec2 {
 /// A direction of the upper hemisphere with density cosθ/π.
 #[inline]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
-    let d = disc(u);
-    d.extend(safe_sqrt(1.0 - d.length_squared()))
+    lanes::cosine_hemisphere(Pair::<One>::from(u)).into()
 }
 
 /// Density of [`cosine_hemisphere`] per solid angle.
 #[inline]
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
-    cos_theta.max(0.0) * FRAC_1_PI
+    lanes::cosine_hemisphere_pdf(Float::<One>::from(cos_theta)).get()
 }
 
 /// A direction of the sphere, uniform: density 1/(4π).

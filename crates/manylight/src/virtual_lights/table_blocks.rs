@@ -5,8 +5,8 @@
 //! | one byte per block, row by row | the number of the block among those that are stored; 0: black |
 //! | 3 per stored block | the 16 levels, and the header between the two halves |
 //!
-//! With the sum of the channels `s`, the texels of a block are `s = h (l + (1 - l) q)`, with a level
-//! `q` in 16 steps from 0 to 1, the largest sum `h` and the relative offset `l` of the smallest.
+//! With the sum of the channels `s`, the texels of a block are `s = h (l + (1 - l) q)`, with one of
+//! 16 levels `q` from 0 to 1, the largest sum `h` and the relative offset `l` of the smallest.
 //! Red and blue are fixed fractions of `s`.
 //!
 //! The lights of a reflecting surface are black below the horizon, which half of the blocks are.

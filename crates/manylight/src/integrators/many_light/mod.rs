@@ -53,7 +53,7 @@ pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
 pub use settings::{
     ClampRule, Compensation, Contradiction, Effort, EmissionKind, FluxRule, MAX_CAMERA_PATHS,
-    ManyLight, PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
+    MAX_INTERLEAVING, ManyLight, PHOTON_PATHS_PER_LIGHT, Placement, Resampling,
 };
 
 use super::context::PassContext;

@@ -38,7 +38,7 @@ pub struct ManyLight {
     /// The lights of successive passes.
     pub resampling: Resampling,
     /// Edge of the pattern of pixels that are shaded by different subsets of the lights, a power of
-    /// two; 1: all pixels by the same lights. Only under [`Strategy::All`].
+    /// two, at most [`MAX_INTERLEAVING`]; 1: all pixels by the same lights. Only under [`Strategy::All`].
     pub interleaving: u32,
     /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light,
     /// relative to the mean over the lights of a pass. 0: no roulette.
@@ -173,7 +173,9 @@ pub enum Contradiction {
     InterleavedCut,
     /// Tables in blocks of more than [`TableStorage::MAX_SIDE_OF_BLOCKS`] texels along an edge.
     LargeBlocks,
-    /// A pattern whose edge is no power of two.
+    /// [`ManyLight::light_count`] is zero.
+    NoLights,
+    /// A pattern whose edge is no power of two, or larger than [`MAX_INTERLEAVING`].
     Pattern,
     /// [`ManyLight::camera_paths`] that are no power of two, or more than [`MAX_CAMERA_PATHS`].
     CameraPaths,
@@ -197,6 +199,7 @@ impl Contradiction {
             }
             Contradiction::InterleavedCut => "a cut is through all lights of a pass",
             Contradiction::LargeBlocks => "the blocks of a table are counted in a byte",
+            Contradiction::NoLights => "indirect light is a sum over them",
             Contradiction::Pattern => "pixels and passes share the subsets of the lights evenly",
             Contradiction::CameraPaths => "the camera paths of a pixel share its directions evenly",
         }
@@ -214,7 +217,8 @@ impl fmt::Display for Contradiction {
             Contradiction::UncompensatedPairs => "bidirectional cuts without compensation",
             Contradiction::InterleavedCut => "interleaved lights with cuts",
             Contradiction::LargeBlocks => "large tables in blocks",
-            Contradiction::Pattern => "a pattern whose edge is no power of two",
+            Contradiction::NoLights => "no virtual lights",
+            Contradiction::Pattern => "a pattern whose edge is too large or no power of two",
             Contradiction::CameraPaths => "camera paths that are too many or no power of two",
         };
         write!(f, "{settings}: {}", self.reason())
@@ -225,6 +229,14 @@ impl std::error::Error for Contradiction {}
 
 /// Most camera paths that a pixel starts with in a pass: each has at least one of its directions.
 pub const MAX_CAMERA_PATHS: u32 = 16;
+
+/// Largest edge of a pattern of pixels that are shaded by different subsets of the lights.
+pub const MAX_INTERLEAVING: u32 = 4;
+
+/// Whether pixels and passes can share the subsets of a pattern with edge `edge`.
+fn is_pattern_edge(edge: u32) -> bool {
+    edge.is_power_of_two() && edge <= MAX_INTERLEAVING
+}
 
 /// Whether `count` camera paths can share the directions of a pixel.
 pub(super) fn are_camera_paths(count: u32) -> bool {
@@ -267,7 +279,8 @@ impl ManyLight {
                 Contradiction::InterleavedCut,
             ),
             (self.has_large_blocks(), Contradiction::LargeBlocks),
-            (!self.interleaving.is_power_of_two(), Contradiction::Pattern),
+            (self.light_count == 0, Contradiction::NoLights),
+            (!is_pattern_edge(self.interleaving), Contradiction::Pattern),
             (
                 !are_camera_paths(self.camera_paths),
                 Contradiction::CameraPaths,
@@ -551,7 +564,10 @@ mod tests {
                 with(|m| m.interleaving = 2, ManyLight::lightcuts()),
                 Contradiction::InterleavedCut,
             ),
+            (with(|m| m.light_count = 0, rich), Contradiction::NoLights),
+            (with(|m| m.interleaving = 0, rich), Contradiction::Pattern),
             (with(|m| m.interleaving = 3, rich), Contradiction::Pattern),
+            (with(|m| m.interleaving = 8, rich), Contradiction::Pattern),
             (
                 with(|m| m.camera_paths = 3, rich),
                 Contradiction::CameraPaths,
