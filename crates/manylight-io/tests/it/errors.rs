@@ -117,6 +117,15 @@ const INVALID: &[(&str, &str)] = &[
         "error 2:13 bsdf `roughconductor` needs the parameter `alpha_v`",
     ),
     (
+        "<bsdf type='roughplastic'><float name='alpha_u' value='0.1'/></bsdf>",
+        "error 2:13 bsdf `roughplastic` needs the parameter `alpha_v`",
+    ),
+    (
+        "<bsdf type='roughplastic'><float name='alpha' value='0.2'/><float name='alpha_u' value='0.1'/>\
+         <float name='alpha_v' value='0.1'/></bsdf>",
+        "error 2:54 `alpha` of bsdf `roughplastic` must be absent if `alpha_u` or `alpha_v` is given",
+    ),
+    (
         "<bsdf type='conductor'><string name='material' value='CuO3'/></bsdf>",
         "error 2:55 unknown conductor `CuO3` (did you mean `CuO`?)",
     ),

@@ -6,7 +6,7 @@ use manylight::bsdf::Material;
 use manylight::bsdf::material::{ColorShift, ConstantRoughness, Distribution};
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
-use manylight::texture::{ColorInput, FloatInput};
+use manylight::texture::{ColorInput, FloatInput, Texture};
 
 fn near(a: Rgb, b: [f32; 3]) -> bool {
     a.to_array()
@@ -208,4 +208,27 @@ fn old_and_new_conductors_have_different_defaults() {
         panic!()
     };
     assert!(near(constant(eta), [0.100_502, 0.461_875, 0.551_108]));
+}
+
+#[test]
+fn textured_indices_of_conductors_are_relative_to_the_outside() {
+    let desc = load_version(
+        "0.5.0",
+        "<bsdf type='conductor'><texture name='eta' type='checkerboard'/><float name='k' value='3'/>\
+         <float name='extEta' value='2'/></bsdf>",
+    );
+    let Material::Conductor {
+        eta: ColorInput::Texture(eta),
+        k,
+        ..
+    } = &desc.materials[0]
+    else {
+        panic!("{:?}", desc.materials)
+    };
+    assert_eq!(constant(k), Rgb::splat(1.5));
+    assert!(matches!(
+        desc.textures[eta.index()],
+        Texture::Product { first: ColorInput::Texture(_), second: ColorInput::Constant(factor) }
+            if factor == Rgb::splat(0.5)
+    ));
 }

@@ -73,14 +73,33 @@ impl CameraAnimations {
         sampler: &Json<'a>,
         accessors: &Accessors<'a, '_>,
     ) {
-        let tracks = self.tracks.entry(node).or_default();
-        let (track, kind) = match target.string("path") {
-            Some("translation") => (&mut tracks.translation, "VEC3"),
-            Some("rotation") => (&mut tracks.rotation, "VEC4"),
-            Some("scale") => (&mut tracks.scale, "VEC3"),
-            // Of morph targets, which cameras do not have.
-            _ => return,
+        let path = target
+            .check_given("path")
+            .and_then(|()| target.string("path"));
+        let Some(path) = path else {
+            return;
         };
+        // Of morph targets, which cameras do not have.
+        if path == "weights" {
+            return;
+        }
+        let tracks = self.tracks.entry(node).or_default();
+        let (track, kind) = match path {
+            "translation" => (&mut tracks.translation, "VEC3"),
+            "rotation" => (&mut tracks.rotation, "VEC4"),
+            "scale" => (&mut tracks.scale, "VEC3"),
+            other => {
+                let expected = "`translation`, `rotation`, `scale` or `weights`";
+                target.unexpected("path", format!("`{other}`"), expected);
+                return;
+            }
+        };
+        if track.is_some() {
+            target.warn_once(
+                "animated twice",
+                format!("several channels set the {path} of this node; the last one counts"),
+            );
+        }
         *track = Track::read(sampler, kind, accessors);
         let end = track.as_ref().and_then(|track| track.times.last().copied());
         self.end = self.end.max(end.unwrap_or(0.0));

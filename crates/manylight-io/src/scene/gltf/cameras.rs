@@ -49,12 +49,17 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
         film: film(DEFAULT_ASPECT),
     };
     if kind == "perspective" {
-        let yfov = positive(&lens, "yfov").filter(|fov| *fov < PI);
-        let Some(yfov) = yfov else {
+        let is_inside = |fov: &f64| *fov > 0.0 && *fov < PI;
+        let Some(yfov) = lens.number("yfov").filter(is_inside) else {
             lens.error("expected a `yfov` from 0 to π");
             return None;
         };
-        sensor.film = film(positive(&lens, "aspectRatio").unwrap_or(DEFAULT_ASPECT));
+        let aspect = lens.number("aspectRatio").unwrap_or(DEFAULT_ASPECT);
+        if aspect <= 0.0 {
+            lens.unexpected("aspectRatio", aspect, "more than 0");
+            return None;
+        }
+        sensor.film = film(aspect);
         sensor.kind = SensorKind::Perspective {
             fov: yfov.to_degrees() as f32,
             fov_axis: FovAxis::Y,
@@ -75,10 +80,6 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
     // camera frame.
     sensor.far_clip = far - near + near / x as f32;
     Some(sensor)
-}
-
-fn positive(json: &Json<'_>, name: &str) -> Option<f64> {
-    json.number(name).filter(|v| *v > 0.0)
 }
 
 /// A film of this aspect ratio.

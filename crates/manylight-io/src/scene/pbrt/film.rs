@@ -43,7 +43,7 @@ const DEFAULT_SIZE: [i32; 2] = [1280, 720];
 /// Most pixels along an edge.
 const MAX_SIZE: i32 = 1 << 16;
 
-/// Parameters of films that have no effect on the image here.
+/// Parameters of films that are read elsewhere or without effect on the image.
 const FILM_PARAMETERS: &[&str] = &[
     "filename",
     "savefp16",
@@ -189,6 +189,19 @@ impl Builder<'_> {
         x
     }
 
+    /// Reports a given radius that is not `fixed`, the only one that the filter has here.
+    fn warn_radius(&self, entity: &Entity<'_>, default: f32, fixed: f32) {
+        let params = &entity.params;
+        let names = ["xradius", "yradius", "xwidth", "ywidth"];
+        let is_given = names.iter().any(|name| params.has(name));
+        let radius = self.filter_radius(entity, default);
+        if is_given && radius != fixed {
+            let object = params.describe();
+            let message = format!("{object} has the radius {fixed} here, not {radius}");
+            params.unsupported("filter radius", message);
+        }
+    }
+
     fn filter(&mut self, entity: &Entity<'_>) -> Filter {
         let params = &entity.params;
         let radius = |default| self.filter_radius(entity, default);
@@ -214,15 +227,15 @@ impl Builder<'_> {
                 Filter::Gaussian { stddev }
             }
             "mitchell" => {
-                radius(2.0);
+                self.warn_radius(entity, 2.0, 2.0);
                 Filter::Mitchell {
                     b: params.float("B", 1.0 / 3.0),
                     c: params.float("C", 1.0 / 3.0),
                 }
             }
             "sinc" => {
-                radius(4.0);
                 let lobes = params.float("tau", 3.0).round().max(1.0);
+                self.warn_radius(entity, 4.0, lobes);
                 Filter::Lanczos { lobes }
             }
             _ => {

@@ -102,6 +102,16 @@ fn invalid_animations_are_located() {
         ("/animations/0/samplers/0/input", json!(5), "SCALAR"),
         ("/animations/0/channels/0/sampler", json!(7), "sampler"),
         ("/animations/0/channels/1/target/node", json!(9), "node"),
+        (
+            "/animations/0/channels/1/target/path",
+            json!("rotate"),
+            "target/path: found `rotate`, expected `translation`, `rotation`, `scale` or `weights`",
+        ),
+        (
+            "/animations/0/channels/1/target",
+            json!({ "node": 3 }),
+            "the property `path` is missing",
+        ),
     ] {
         let mut document = cart("LINEAR");
         set(&mut document, path, value);
@@ -129,4 +139,27 @@ fn invalid_animations_are_located() {
     );
     let found = Folder::new(&document).problems();
     assert!(found[0].contains("expected at most 1e7"), "{found:?}");
+}
+
+#[test]
+fn weights_of_cameras_are_ignored_and_a_second_track_is_reported() {
+    let mut document = cart("LINEAR");
+    set(
+        &mut document,
+        "/animations/0/channels/1/target/path",
+        json!("weights"),
+    );
+    assert_eq!(
+        frames(&document, 1.0)[1],
+        (Vec3::new(2.0, 1.0, 0.0), Vec3::NEG_Z)
+    );
+    let mut document = cart("LINEAR");
+    let first = document["animations"][0].clone();
+    set(&mut document, "/animations/1", first);
+    let found = Folder::new(&document).problems();
+    let expected = "warning /animations/1/channels/0/target: several channels set the translation";
+    assert!(
+        matches!(found.as_slice(), [only] if only.starts_with(expected)),
+        "{found:?}"
+    );
 }

@@ -1,8 +1,16 @@
 //! Invalid changes of the triangle.
 
+use super::changed;
 use serde_json::{Value, json};
 
-/// A change of the triangle, and the only error that it causes.
+/// The triangle with a camera of this aspect ratio.
+fn seen(aspect: f64) -> Value {
+    let lens = json!({ "yfov": 1, "aspectRatio": aspect });
+    let cameras = json!([{ "type": "perspective", "perspective": lens }]);
+    changed(&[("/cameras", cameras), ("/nodes/0/camera", json!(0))])
+}
+
+/// A change of the triangle, and the only error that it causes. The empty path is the whole file.
 pub(super) fn invalid() -> Vec<(&'static str, Value, &'static str)> {
     vec![
         (
@@ -94,6 +102,16 @@ pub(super) fn invalid() -> Vec<(&'static str, Value, &'static str)> {
             "/nodes/0/camera",
             json!(0),
             "/nodes/0/camera: found 0, but the file has no cameras",
+        ),
+        (
+            "",
+            seen(0.0),
+            "/cameras/0/perspective/aspectRatio: found 0, expected more than 0",
+        ),
+        (
+            "",
+            seen(-1.5),
+            "/cameras/0/perspective/aspectRatio: found -1.5, expected more than 0",
         ),
         (
             "/meshes/0/primitives/0/mode",

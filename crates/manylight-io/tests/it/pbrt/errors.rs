@@ -222,6 +222,14 @@ const INVALID: &[(&str, &str)] = &[
         "Texture \"a\" \"float\" \"dots\" \"string mapping\" \"conical\"",
         "error 2:45 unknown value `conical` of `mapping` of texture `dots` (expected one of uv, spherical, cylindrical, planar)",
     ),
+    (
+        "Texture \"a\" \"float\" \"checkerboard\" \"integer dimension\" 4",
+        "error 2:56 `dimension` of texture `checkerboard` must be 2 or 3",
+    ),
+    (
+        "Texture \"d\" \"float\" \"dots\" Texture \"a\" \"float\" \"bilerp\" \"texture v10\" \"d\"",
+        "error 2:71 `v10` of texture `bilerp` must be constant, found a texture that varies",
+    ),
 ];
 
 #[test]

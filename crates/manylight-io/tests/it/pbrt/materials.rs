@@ -5,7 +5,7 @@ use manylight::bsdf::Material;
 use manylight::bsdf::material::{ColorShift, ConstantRoughness, Distribution};
 use manylight::color::Rgb;
 use manylight::scene::SceneDesc;
-use manylight::texture::{ColorInput, FloatInput};
+use manylight::texture::{ColorInput, FloatInput, Texture};
 use manylight_io::spectra::metal;
 
 /// The material of the last primitive, without `TwoSided`.
@@ -91,6 +91,31 @@ fn conductors_have_named_spectra_or_reflectances() {
     // Reflectance at normal incidence: k² / (4 + k²).
     let reflectance = k.map(|k| k * k / (4.0 + k * k));
     assert!((reflectance.r - 0.5).abs() < 1e-5 && (reflectance.g - 0.8).abs() < 1e-5);
+}
+
+#[test]
+fn textured_indices_of_coated_conductors_are_relative_to_the_coat() {
+    let desc = loaded(
+        "Texture \"t\" \"spectrum\" \"checkerboard\"\n\
+         Material \"coatedconductor\" \"texture conductor.eta\" \"t\" \"rgb conductor.k\" [ 3 3 3 ]\n\
+         \"float interface.eta\" 2 Shape \"sphere\"",
+    )
+    .desc;
+    let indices = desc.materials.iter().find_map(|material| match material {
+        Material::Conductor {
+            eta: ColorInput::Texture(eta),
+            k,
+            ..
+        } => Some((*eta, *k)),
+        _ => None,
+    });
+    let (eta, k) = indices.expect("a conductor with a textured index");
+    assert_eq!(k, constant(1.5, 1.5, 1.5));
+    assert!(matches!(
+        desc.textures[eta.index()],
+        Texture::Product { first: ColorInput::Texture(_), second }
+            if second == constant(0.5, 0.5, 0.5)
+    ));
 }
 
 #[test]

@@ -156,3 +156,22 @@ fn goniometric_lights_have_their_axis_along_y() {
         "{factor} for {expected}"
     );
 }
+
+#[test]
+fn goniometric_lights_without_a_map_have_their_power() {
+    let intensity = |power: &str| {
+        let desc = load(&format!(
+            "LightSource \"goniometric\" \"rgb I\" [ 1 2 3 ] {power}"
+        ));
+        match desc.emitters.last() {
+            Some(Emitter::Point { intensity, .. }) => *intensity,
+            other => panic!("{other:?}"),
+        }
+    };
+    let plain = intensity("");
+    for none in ["-1", "0"] {
+        assert_eq!(intensity(&format!("\"float power\" {none}")), plain);
+    }
+    let factor = intensity("\"float power\" 100").g / plain.g;
+    assert!((factor * 4.0 * std::f32::consts::PI - 100.0).abs() < 1e-3);
+}

@@ -85,6 +85,32 @@ fn the_camera_looks_along_z_with_x_to_the_right() {
 }
 
 #[test]
+fn other_radii_of_filters_of_a_fixed_radius_are_reported() {
+    let found = |filter: &str| {
+        let text =
+            format!("Camera \"perspective\" PixelFilter {filter} WorldBegin LightSource \"point\"");
+        PbrtFiles::new(text.as_bytes(), &[]).problems()
+    };
+    for (filter, message) in [
+        ("\"mitchell\"", None),
+        ("\"sinc\"", None),
+        ("\"mitchell\" \"float xradius\" 2 \"float yradius\" 2", None),
+        ("\"sinc\" \"float xradius\" 3 \"float yradius\" 3", None),
+        (
+            "\"mitchell\" \"float xradius\" 3 \"float yradius\" 3",
+            Some("warning 1:34 filter `mitchell` has the radius 2 here, not 3"),
+        ),
+        (
+            "\"sinc\" \"float xradius\" 4",
+            Some("warning 1:34 filter `sinc` has the radius 3 here, not 4"),
+        ),
+    ] {
+        let expected: Vec<&str> = message.into_iter().collect();
+        assert_eq!(found(filter), expected, "{filter}");
+    }
+}
+
+#[test]
 fn screen_windows_shift_and_scale_the_film() {
     let desc = load_file(
         "Camera \"perspective\" \"float fov\" 90 \"float screenwindow\" [ 0 2 -1 1 ]\n\

@@ -211,13 +211,11 @@ impl DescBuilder<'_> {
         } else {
             1.0
         };
-        let relative = |input| match input {
-            ColorInput::Constant(color) => ColorInput::Constant(color / outside),
-            texture => texture,
-        };
+        let mut relative = |input| scaled(&mut self.desc.textures, input, outside.recip());
+        let (eta, k) = (relative(eta), relative(k));
         Material::Conductor {
-            eta: relative(eta),
-            k: relative(k),
+            eta,
+            k,
             specular_reflectance: self.reflectance(props, "specular_reflectance", 1.0),
             roughness,
         }

@@ -30,26 +30,15 @@ impl DescBuilder<'_> {
     pub(super) fn roughness(&mut self, props: &Props<'_>) -> Roughness {
         props.ignore(&["sample_visible"]);
         let distribution = self.distribution(props);
-        let axes = (props.has("alpha_u"), props.has("alpha_v"));
-        let (alpha_u, alpha_v) = match axes {
-            (false, false) => {
-                let alpha = self.float_input(props, "alpha", 0.1);
-                props.ignore(&["alpha_u", "alpha_v"]);
-                (alpha, alpha)
-            }
-            _ => (
+        let (alpha_u, alpha_v) = if has_axes(props) {
+            (
                 self.float_input(props, "alpha_u", 0.1),
                 self.float_input(props, "alpha_v", 0.1),
-            ),
+            )
+        } else {
+            let alpha = self.float_input(props, "alpha", 0.1);
+            (alpha, alpha)
         };
-        if axes.0 != axes.1 {
-            props.missing(if axes.0 { "alpha_v" } else { "alpha_u" });
-        }
-        if axes.0
-            && let Some(alpha) = props.get("alpha")
-        {
-            props.refuse(alpha, "absent if `alpha_u` and `alpha_v` are given");
-        }
         Roughness {
             distribution,
             alpha_u,
@@ -58,18 +47,33 @@ impl DescBuilder<'_> {
     }
 }
 
+/// Whether `alpha_u` or `alpha_v` is given. One of them without the other or with `alpha` is
+/// reported.
+fn has_axes(props: &Props<'_>) -> bool {
+    let [alpha, alpha_u, alpha_v] = ["alpha", "alpha_u", "alpha_v"].map(|name| props.get(name));
+    match (alpha_u, alpha_v) {
+        (None, None) => return false,
+        (Some(_), None) => props.missing("alpha_v"),
+        (None, Some(_)) => props.missing("alpha_u"),
+        (Some(_), Some(_)) => {}
+    }
+    if let Some(alpha) = alpha {
+        props.refuse(alpha, "absent if `alpha_u` or `alpha_v` is given");
+    }
+    true
+}
+
 /// The roughness `alpha`, or `alpha_u` and `alpha_v`, which must be equal.
 pub(super) fn isotropic_alpha(props: &Props<'_>) -> f32 {
     let at_least_zero = |name| props.float_where(name, 0.1, |alpha| alpha >= 0.0, "at least 0");
-    let alpha = at_least_zero("alpha");
-    let (alpha_u, alpha_v) = (at_least_zero("alpha_u"), at_least_zero("alpha_v"));
-    match props.get("alpha_u").or_else(|| props.get("alpha_v")) {
-        None => alpha,
-        Some(param) => {
-            if alpha_u != alpha_v {
-                props.refuse(param, "equal along u and v");
-            }
-            alpha_u
-        }
+    if !has_axes(props) {
+        return at_least_zero("alpha");
     }
+    let [alpha_u, alpha_v] = ["alpha_u", "alpha_v"].map(at_least_zero);
+    // An axis that is missing has been reported.
+    let are_given = props.has("alpha_u") && props.has("alpha_v");
+    if are_given && alpha_u != alpha_v {
+        props.refuse_named("alpha_u", "equal along u and v");
+    }
+    alpha_u
 }

@@ -21,11 +21,10 @@ impl Builder<'_> {
     pub(super) fn goniometric(&mut self, entity: &Entity<'_>) {
         let params = &entity.params;
         let intensity = self.emission(entity, "I");
-        let power = params.maybe_float("power");
         let world = self.world_from(entity);
         let position = world.translation.into();
         let Some(name) = params.string(Self::map_parameter(entity)) else {
-            let factor = power.map_or(1.0, |power| power / (4.0 * PI));
+            let factor = self.power_factor(entity, "power", 4.0 * PI);
             self.desc.add(Emitter::Point {
                 position,
                 intensity: intensity * factor,
@@ -45,6 +44,7 @@ impl Builder<'_> {
             emitter_from_world: map_from_local * rotation(world.matrix3.into()).transpose(),
             distribution,
         });
+        let power = params.maybe_float("power");
         let is_v3 = self.is_v3;
         let store = move |desc: &mut SceneDesc, image: Image| {
             let photometry = Photometry::new(&image, is_v3);

@@ -1,6 +1,6 @@
 //! Conductors, bare and coated.
 
-use super::super::super::description::WHITE;
+use super::super::super::description::{WHITE, scaled};
 use super::super::super::parameters::Parameters;
 use super::super::builder::Builder;
 use super::super::colors::ColorUse;
@@ -88,9 +88,7 @@ impl Builder<'_> {
         {
             // Indices relative to the coat.
             for index in [metal_eta, k] {
-                if let ColorInput::Constant(color) = index {
-                    *color /= eta;
-                }
+                *index = scaled(&mut self.desc.textures, *index, eta.recip());
             }
         }
         let reflectance = ((eta - 1.0) / (eta + 1.0)).powi(2);

@@ -111,6 +111,9 @@ impl Builder<'_> {
         let second = self.nested_input(entity, ty, "tex2", 0.0);
         // Evaluation as a number swaps the cells of checkerboards in the plane.
         let dimension = entity.params.integer("dimension", 2, 2);
+        if dimension > 3 {
+            entity.params.refuse_named("dimension", "2 or 3");
+        }
         if dimension == 3 {
             let cells = Pattern::Cells {
                 color0: first,
@@ -140,7 +143,11 @@ impl Builder<'_> {
         for (name, default) in corners {
             match self.nested_input(entity, ty, name, default) {
                 ColorInput::Constant(color) => data.extend(color.to_array()),
-                ColorInput::Texture(_) => data.extend([default; 3]),
+                ColorInput::Texture(_) => {
+                    let params = &entity.params;
+                    params.refuse_named(name, "constant, found a texture that varies");
+                    data.extend([default; 3]);
+                }
             }
         }
         let mapping = self.mapping(entity);
