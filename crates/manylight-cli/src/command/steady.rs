@@ -11,6 +11,8 @@ use manylight_denoise::{REACH, WalkFrame, steady};
 use manylight_io::image::{LayeredImage, read_layered_image, write_image};
 use manylight_io::{check_replaceable, shown_path};
 use serde_json::json;
+use std::collections::HashSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Version of the shape of the JSON object.
@@ -25,8 +27,12 @@ pub(crate) fn run(args: &SteadyArgs) -> Result<u8, Failure> {
     let numbers = source.existing()?;
     let outputs =
         |frame: u32| (files.outputs.iter()).map(move |path| FrameFiles::of(path).file(frame));
+    // A set: comparing each frame with each output takes seconds for long walks.
+    let sources: HashSet<PathBuf> = (numbers.iter())
+        .filter_map(|&frame| fs::canonicalize(source.file(frame)).ok())
+        .collect();
     for path in numbers.iter().flat_map(|&frame| outputs(frame)) {
-        check_is_other(&path, &numbers, &source)?;
+        check_is_other(&path, &sources)?;
         check_replaceable(&path)?;
     }
     let interrupt = Interrupt::install()?;
@@ -77,9 +83,9 @@ pub(crate) fn run(args: &SteadyArgs) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// Checks that `output` is none of the frames, which the next ones are made of.
-fn check_is_other(output: &Path, numbers: &[u32], source: &FrameFiles) -> Result<(), Failure> {
-    match numbers.iter().any(|&frame| source.file(frame) == output) {
+/// Checks that `output` is none of the frames that are read, by canonical paths.
+fn check_is_other(output: &Path, sources: &HashSet<PathBuf>) -> Result<(), Failure> {
+    match fs::canonicalize(output).is_ok_and(|path| sources.contains(&path)) {
         false => Ok(()),
         true => Err(Failure::usage(
             format!("{} is a frame that is read", shown_path(output)),

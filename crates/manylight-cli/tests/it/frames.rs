@@ -231,6 +231,11 @@ fn frames_that_cannot_be_averaged_are_refused() {
             2,
             &["plain-1.exr", "--output"],
         ),
+        (
+            "plain-#.exr -o ./plain-#.exr",
+            2,
+            &["plain-1.exr is a frame"],
+        ),
         ("plain-#.exr -o a.txt", 2, &["a.txt"]),
     ] {
         folder.run(&format!("steady {words}")).code(code).says(says);
