@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import renders
 import scenes
+from manylight_render.manylight_export import materials
 
 
 def metal(roughness):
@@ -92,6 +93,131 @@ def test_other_shader_nodes():
     scenes.lamp("AREA", (0, -1, 4), energy=100, size=2.0)
     scenes.camera()
     renders.assert_alike(renders.manylight(passes=256), renders.cycles(256))
+
+
+def shining(new, link):
+    """Light without a surface."""
+    total, emission = new("AddShader"), new("Emission")
+    emission.inputs["Color"].default_value = (1, 0.5, 0.2, 1)
+    emission.inputs["Strength"].default_value = 1.5
+    link(emission.outputs[0], total.inputs[0])
+    link(new("BsdfTransparent").outputs[0], total.inputs[1])
+    return total
+
+
+def faint(new, link):
+    """A mixture of transparency and a mixture."""
+    mix = new("MixShader")
+    mix.inputs[0].default_value = 0.5
+    link(half_transparent(new, link).outputs[0], mix.inputs[1])
+    link(new("BsdfTransparent").outputs[0], mix.inputs[2])
+    return mix
+
+
+def test_sums_and_mixtures_with_transparent_shaders():
+    scenes.empty(world=(0.1, 0.12, 0.15))
+    scenes.stage()
+    for x, build in ((-1.4, shining), (1.2, faint)):
+        scenes.ball(shader_nodes(build.__name__, build), 0.7, (x, -1, 0.7))
+    scenes.camera()
+    renders.assert_alike(renders.manylight(passes=256), renders.cycles(256))
+
+
+def prepared(build):
+    """The principled node that an exported material has, and the warnings."""
+    made, warnings = shader_nodes(build.__name__, build), []
+    materials.prepare(made, lambda message, name: warnings.append(message))
+    return materials.source(materials.active_output(made).inputs["Surface"]), warnings
+
+
+def test_opacities_of_mixtures_are_multiplied():
+    scenes.empty()
+
+    def textured(new, link, factor=0.25, is_linked=False):
+        mix, shader, image = new("MixShader"), new("BsdfPrincipled"), new("TexImage")
+        mix.inputs[0].default_value = factor
+        if is_linked:
+            link(image.outputs["Alpha"], mix.inputs[0])
+        link(image.outputs["Alpha"], shader.inputs["Alpha"])
+        link(new("BsdfTransparent").outputs[0], mix.inputs[1])
+        link(shader.outputs[0], mix.inputs[2])
+        return mix
+
+    shader, warnings = prepared(faint)
+    assert shader.inputs["Alpha"].default_value == pytest.approx(0.2) and not warnings
+    shader, warnings = prepared(textured)
+    product = materials.source(shader.inputs["Alpha"])
+    assert product.operation == "MULTIPLY" and product.inputs[1].default_value == 0.25 and not warnings
+    assert materials.source(product.inputs[0]).type == "TEX_IMAGE"
+
+    def textured_twice(new, link):
+        return textured(new, link, is_linked=True)
+
+    shader, warnings = prepared(textured_twice)
+    assert materials.source(shader.inputs["Alpha"]).type == "TEX_IMAGE"
+    assert len(warnings) == 1 and "opacity of the shader" in warnings[0]
+
+    def faded_by_a_texture(new, link):
+        mix = new("MixShader")
+        link(new("TexImage").outputs["Alpha"], mix.inputs[0])
+        link(new("BsdfTransparent").outputs[0], mix.inputs[1])
+        link(half_transparent(new, link).outputs[0], mix.inputs[2])
+        return mix
+
+    shader, warnings = prepared(faded_by_a_texture)
+    product = materials.source(shader.inputs["Alpha"])
+    assert product.operation == "MULTIPLY" and product.inputs[1].default_value == pytest.approx(0.4) and not warnings
+
+
+def test_emission_in_a_sum_keeps_its_strength():
+    scenes.empty()
+
+    def bright(new, link):
+        total = shining(new, link)
+        materials.source(total.inputs[0]).inputs["Strength"].default_value = 1000.0
+        return total
+
+    for build, strength in ((shining, 1.5), (bright, 1000.0)):
+        shader, warnings = prepared(build)
+        opacity = shader.inputs["Alpha"].default_value
+        assert 0 < opacity < 0.002 and not warnings
+        assert shader.inputs["Emission Strength"].default_value * opacity == pytest.approx(strength)
+
+    def textured(new, link):
+        total = shining(new, link)
+        link(new("TexImage").outputs["Color"], materials.source(total.inputs[0]).inputs["Strength"])
+        return total
+
+    assert "scaled by opacity" in prepared(textured)[1][0]
+
+
+def colored_mixture(new, link):
+    mix = half_transparent(new, link)
+    materials.source(mix.inputs[1]).inputs["Color"].default_value = (1, 0, 0, 1)
+    return mix
+
+
+def brushed(new, link):
+    node = new("BsdfAnisotropic")
+    node.inputs["Anisotropy"].default_value = 0.5
+    return node
+
+
+@pytest.mark.parametrize("build, words", [(colored_mixture, "color of transparent"), (brushed, "anisotropy of glossy")])
+def test_losses_are_warnings(build, words):
+    scenes.empty()
+    warnings = prepared(build)[1]
+    assert len(warnings) == 1 and words in warnings[0]
+
+
+def test_a_volume_of_a_material_is_a_warning():
+    scenes.empty()
+    made, warnings = scenes.matte("foggy", (1, 1, 1)), []
+    tree = made.node_tree
+    volume = tree.nodes.new("ShaderNodeVolumeScatter")
+    tree.links.new(volume.outputs[0], tree.nodes["Material Output"].inputs["Volume"])
+    materials.prepare(made, lambda message, name: warnings.append(message))
+    assert warnings == ["volumes of materials are not rendered"]
 
 
 def test_instances_modifiers_and_hidden_objects():

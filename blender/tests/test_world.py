@@ -5,8 +5,10 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 import renders
 import scenes
+from manylight_render.manylight_export import world
 
 
 def stage(ball=None):
@@ -39,15 +41,53 @@ def patterned_image(folder):
     return bpy.data.images.load(image.filepath_raw)
 
 
-def test_environment_texture(tmp_path):
-    scene = scenes.empty()
-    tree = scene.world.node_tree
-    texture = tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = patterned_image(tmp_path)
+def textured_world(folder):
+    """The environment node of a world in the current file that is one image."""
+    shown = scenes.empty().world
+    texture = shown.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = patterned_image(folder)
     texture.image.colorspace_settings.name = "Linear Rec.709"
-    tree.links.new(texture.outputs["Color"], scenes.background(scene.world).inputs["Color"])
+    shown.node_tree.links.new(texture.outputs["Color"], scenes.background(shown).inputs["Color"])
+    return texture
+
+
+def test_environment_texture(tmp_path):
+    textured_world(tmp_path)
     stage()
     renders.assert_alike(renders.manylight(passes=256), renders.cycles(256))
+
+
+@pytest.mark.parametrize(
+    "name, value", [("translation", (0.5, 0, 0)), ("rotation", (0, 0, 1)), ("scale", (1, 2, 1)), ("mapping_x", "Y")]
+)
+def test_a_mapping_in_the_texture_node_is_baked(tmp_path, name, value):
+    texture = textured_world(tmp_path)
+    shown = bpy.context.scene.world
+    assert world.plain_image(shown) is not None
+    setattr(texture.texture_mapping, name, value)
+    assert world.plain_image(shown) is None
+
+
+def test_environment_texture_that_is_moved(tmp_path):
+    texture = textured_world(tmp_path)
+    texture.texture_mapping.translation = (0.6, 0.2, 0.1)
+    texture.texture_mapping.mapping_x, texture.texture_mapping.mapping_y = "Y", "X"
+    stage()
+    # The seam of the image, where its colors jump, lies across one part.
+    renders.assert_alike(renders.manylight(passes=256), renders.cycles(256), outliers=1)
+
+
+def test_a_volume_is_a_warning(tmp_path):
+    texture = textured_world(tmp_path)
+    texture.texture_mapping.scale = (1, 2, 1)
+    shown, warnings = bpy.context.scene.world, []
+    tree = shown.node_tree
+    expected = world.radiance(shown, str(tmp_path), None)
+    fog = tree.nodes.new("ShaderNodeVolumeScatter")
+    tree.links.new(fog.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    found = world.radiance(shown, str(tmp_path), lambda message, name: warnings.append((message, name)))
+    assert warnings == [("volumes of the world are not rendered", "world")]
+    assert np.array_equal(found, expected)
 
 
 def test_environment_texture_with_a_mapping(tmp_path):

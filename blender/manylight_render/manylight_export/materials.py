@@ -6,8 +6,12 @@ Runs in the background Blender, on a copy of the file: materials are changed in 
 
 import bpy
 
+from .lamps import LAMP_OPACITY
+
 # Inputs of the principled node that glTF cannot carry, with the value at which they do nothing.
 LOST_INPUTS = {"Subsurface Weight": 0.0, "Thin Film Thickness": 0.0, "Diffuse Roughness": 0.0}
+# The largest value of `Emission Strength`.
+LARGEST_STRENGTH = 1e6
 
 
 def default_material():
@@ -26,6 +30,8 @@ def prepare(material, warn):
     material.use_backface_culling = False
     output = active_output(material)
     surface = output and source(output.inputs["Surface"])
+    if output and source(output.inputs["Volume"]):
+        warn("volumes of materials are not rendered", material.name)
     if output is None or surface is None:
         warn("materials without a surface shader are black", material.name)
         replace_by_black(material)
@@ -144,6 +150,9 @@ class Rewriter:
         shader.inputs["Metallic"].default_value = 1.0
         shader.inputs["Specular IOR Level"].default_value = 0.5
         self.take(shader, "Roughness", node, "Roughness")
+        anisotropy = node.inputs["Anisotropy"]
+        if anisotropy.is_linked or anisotropy.default_value != 0:
+            self.warn("the anisotropy of glossy shaders is ignored", self.material.name)
         return shader
 
     from_bsdf_anisotropic = from_bsdf_glossy
@@ -156,10 +165,13 @@ class Rewriter:
         self.take(shader, "IOR", node, "IOR")
         return shader
 
-    def from_bsdf_transparent(self, node):
+    def warn_about_transparent(self, node):
         color = node.inputs["Color"]
         if color.is_linked or tuple(color.default_value)[:3] != (1.0, 1.0, 1.0):
             self.warn("the color of transparent shaders is ignored", self.material.name)
+
+    def from_bsdf_transparent(self, node):
+        self.warn_about_transparent(node)
         shader = self.convert(None)
         shader.inputs["Alpha"].default_value = 0.0
         return shader
@@ -172,21 +184,12 @@ class Rewriter:
 
     def from_mix_shader(self, node):
         factor, first, second = node.inputs[0], source(node.inputs[1]), source(node.inputs[2])
-        if first is not None and first.type == "BSDF_TRANSPARENT":
-            shader = self.convert(second)
-            self.take_socket(shader.inputs["Alpha"], factor)
-            return shader
-        if second is not None and second.type == "BSDF_TRANSPARENT":
-            shader = self.convert(first)
-            if factor.is_linked:
-                invert = self.tree.nodes.new("ShaderNodeMath")
-                invert.operation = "SUBTRACT"
-                invert.inputs[0].default_value = 1.0
-                self.tree.links.new(factor.links[0].from_socket, invert.inputs[1])
-                self.tree.links.new(invert.outputs[0], shader.inputs["Alpha"])
-            else:
-                shader.inputs["Alpha"].default_value = 1.0 - factor.default_value
-            return shader
+        for transparent, other, is_inverse in ((first, second, False), (second, first, True)):
+            if transparent is not None and transparent.type == "BSDF_TRANSPARENT":
+                self.warn_about_transparent(transparent)
+                shader = self.convert(other)
+                self.fade(shader, factor, is_inverse)
+                return shader
         share = 0.5 if factor.is_linked else factor.default_value
         message = "mixtures of shaders other than with transparency are replaced by their larger part"
         self.warn(message, self.material.name)
@@ -203,4 +206,50 @@ class Rewriter:
         shader = self.convert(others[0] if others else None)
         self.take(shader, "Emission Color", emission, "Color")
         self.take(shader, "Emission Strength", emission, "Strength")
+        self.keep_emission(shader)
         return shader
+
+    def fade(self, shader, factor, is_inverse):
+        """Multiplies the opacity by the factor of a mixture, or by one minus it."""
+        alpha = shader.inputs["Alpha"]
+        if not factor.is_linked:
+            share = 1.0 - factor.default_value if is_inverse else factor.default_value
+            if not alpha.is_linked:
+                alpha.default_value *= share
+            elif share != 1:
+                self.tree.links.new(self.math("MULTIPLY", alpha.links[0].from_socket, share), alpha)
+            return
+        if alpha.is_linked:
+            message = "mixtures of transparency with shaders of linked opacity have the opacity of the shader"
+            self.warn(message, self.material.name)
+            return
+        opacity = factor.links[0].from_socket
+        if is_inverse:
+            opacity = self.math("SUBTRACT", 1.0, opacity)
+        if alpha.default_value != 1:
+            opacity = self.math("MULTIPLY", opacity, alpha.default_value)
+        self.tree.links.new(opacity, alpha)
+
+    def keep_emission(self, shader):
+        """Divides emission by opacity: glTF scales it by that, sums of shaders do not."""
+        alpha, strength = shader.inputs["Alpha"], shader.inputs["Emission Strength"]
+        if not alpha.is_linked and alpha.default_value == 1:
+            return
+        if alpha.is_linked or strength.is_linked:
+            message = "emission in sums with transparent shaders is scaled by opacity if it or the strength is linked"
+            self.warn(message, self.material.name)
+            return
+        opacity = max(alpha.default_value, LAMP_OPACITY, strength.default_value / LARGEST_STRENGTH)
+        alpha.default_value = min(1.0, opacity)
+        strength.default_value /= alpha.default_value
+
+    def math(self, operation, *values):
+        """The result of a node; `values` are numbers or sockets."""
+        node = self.tree.nodes.new("ShaderNodeMath")
+        node.operation = operation
+        for socket, value in zip(node.inputs, values):
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node.outputs[0]

@@ -28,6 +28,7 @@ def radiance(world, folder, warn):
     """The radiance from around, (height, width, 3) with the first row on top; one pixel for a single color."""
     if world is None:
         return np.zeros((1, 1, 3), np.float32)
+    drop_volume(world, warn)
     color = single_color(world)
     if color is not None:
         return np.array(color, np.float32).reshape(1, 1, 3)
@@ -38,6 +39,14 @@ def radiance(world, folder, warn):
     if any(node.type == "LIGHT_PATH" for node in nodes):
         warn("the world depends on the kind of ray; what camera rays see lights the scene too")
     return baked(world, nodes, folder)
+
+
+def drop_volume(world, warn):
+    """Unlinks the volume, which would darken a baked image."""
+    output = world.node_tree and world.node_tree.get_output_node("CYCLES")
+    if output and output.inputs["Volume"].is_linked:
+        warn("volumes of the world are not rendered", world.name)
+        world.node_tree.links.remove(output.inputs["Volume"].links[0])
 
 
 def single_color(world):
@@ -64,12 +73,20 @@ def plain_image(world):
     if texture is None or texture.type != "TEX_ENVIRONMENT" or texture.inputs["Vector"].is_linked:
         return None
     image = texture.image
-    has_mapping = texture.texture_mapping.rotation[:] != (0, 0, 0) or texture.texture_mapping.scale[:] != (1, 1, 1)
-    if texture.projection != "EQUIRECTANGULAR" or has_mapping or image is None or image.source not in ("FILE", "GENERATED"):
+    if texture.projection != "EQUIRECTANGULAR" or has_mapping(texture.texture_mapping):
+        return None
+    if image is None or image.source not in ("FILE", "GENERATED"):
         return None
     if not image.is_float or image.colorspace_settings.name not in LINEAR or image.size[0] > LARGEST_WIDTH:
         return None
     return shader.inputs["Strength"].default_value * pixels_of(image)
+
+
+def has_mapping(mapping):
+    """Whether the mapping in a texture node changes directions."""
+    vectors = (mapping.translation[:], mapping.rotation[:], mapping.scale[:])
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
+    return vectors != ((0, 0, 0), (0, 0, 0), (1, 1, 1)) or axes != ("X", "Y", "Z")
 
 
 def used_nodes(world):
