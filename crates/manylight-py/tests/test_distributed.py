@@ -213,6 +213,12 @@ def test_without_a_cluster_this_process_renders():
     assert calls[-1][:2] == (20, 20)
 
 
+def test_options_that_are_not_given_are_left_out(scene):
+    options = {"passes": 20, "block": 8, **SMALL}
+    left_out = {"denoise": False, "preview": False, "blocks": None, "lights_out": None, "threads": None}
+    same(render(scene, progress=False, **left_out, **options), ml.render(scene, **options))
+
+
 def test_parts_of_an_earlier_call_are_used_and_damaged_ones_rendered_again(scene, two, tmp_path):
     options = {**SMALL, "passes": 64, "block": 8}
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import manylight as ml
+from manylight import _frames
 
 SMALL = {"size": (16, 9), "passes": 2, "lights": 64, "photons": 4000, "max_depth": 4}
 
@@ -53,6 +54,20 @@ def test_lights_of_a_walkthrough_stay_if_a_file_is_named(room, cameras, tmp_path
     same(ml.frames(room, cameras=cameras, lights_in=tmp_path / "walk.lights", **SMALL), first)
     with pytest.raises(ml.UsageError, match="lights 32: the lights of .*walk.lights were made with lights 64"):
         ml.render(room, lights_in=tmp_path / "walk.lights", **{**SMALL, "lights": 32})
+
+
+@pytest.mark.parametrize("value", [None, False])
+def test_lights_that_are_not_given_are_kept(room, cameras, monkeypatch, value):
+    used = []
+
+    def spied(scene, options, *more):
+        used.append(options.get("lights_in"))
+        return rendered(scene, options, *more)
+
+    rendered = _frames.rendered
+    monkeypatch.setattr(_frames, "rendered", spied)
+    list(ml.frames(room, cameras=cameras, lights_in=value, **SMALL))
+    assert not used[0] and used[1] and used[1:] == 2 * used[1:2]
 
 
 def test_methods_without_lights_render_frames_alone(room, cameras, tmp_path):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native
 from ._cameras import Cameras, camera_matrices
-from ._options import default, render_words, with_options
+from ._options import default, is_given, render_words, with_options
 from ._render import Progress, as_scene, rendered
 from ._scene import Scene
 from .errors import UsageError
@@ -53,7 +53,7 @@ def frames(
     """
     scene = as_scene(scene)
     numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
-    keeps = "lights_in" not in options and keeps_lights(method, **options)
+    keeps = not is_given(options.get("lights_in")) and keeps_lights(method, **options)
     with tempfile.TemporaryDirectory(prefix="manylight-") as folder:
         named = options.pop("lights_out", None)
         lights = named or (os.path.join(folder, "walk.lights") if keeps else None)

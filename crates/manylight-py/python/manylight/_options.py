@@ -54,11 +54,16 @@ def render_words(options: Mapping[str, object]) -> list[str]:
     return words(options)
 
 
+def is_given(value: object) -> bool:
+    """Whether the value of an option stands for more than one that is not given."""
+    return value is not None and value is not False
+
+
 def words(options: Mapping[str, object]) -> list[str]:
     """The words of any options."""
     result: list[str] = []
     for name, value in options.items():
-        if value is None or value is False:
+        if not is_given(value):
             continue
         option = "--" + name.replace("_", "-")
         result.append(option if value is True else f"{option}={_text(name, value)}")

@@ -16,7 +16,7 @@ from .display import Display, ProgressOption
 from .folder import Folder
 from .job import Job, Report
 from .sender import Sender
-from .settings import Goal, check, goal_of
+from .settings import Goal, check, given, goal_of
 from .worker import SceneReference
 
 
@@ -71,7 +71,7 @@ def render(
     check(block, shares, retries, options)
     if not isinstance(scene, ml.Scene):
         scene = ml.load_file(scene)
-    options = {"method": method, "block": block, **options}
+    options = {"method": method, "block": block, **given(options)}
     description = {**render_description(scene, options), "passes": goal.passes}
     with connected(client) as client, opened(folder, description) as files:
         display = Display(progress, goal.passes, block)

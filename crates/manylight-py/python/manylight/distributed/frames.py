@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 from .cluster import Cluster
 from .driver import connected, opened, render_description
-from .settings import check_retries, refuse
+from .settings import check_retries, given, refuse
 from .worker import RESOURCE, SceneReference, scene_of
 
 #: Virtual lights of the walkthrough, in the folder of its frames until all are rendered.
@@ -84,7 +84,7 @@ def render_frames(
     output = os.path.abspath(os.fspath(output))
     numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
     files = {number: Path(frame_file(output, number)) for number in numbers}
-    options = {"method": method, **options}
+    options = {"method": method, **given(options)}
     makes_lights = "lights_in" not in options and ml.keeps_lights(**options)
     matrices = None if cameras is None else camera_matrices(cameras).tolist()
     description = {**render_description(scene, options), "cameras": matrices}

@@ -7,6 +7,7 @@ from typing import Any
 
 import manylight as ml
 from manylight._native import pass_limit, relative_error, seconds
+from manylight._options import is_given
 
 #: Options of `manylight.render` that need the whole image.
 _NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks", "lights_out")
@@ -50,8 +51,13 @@ def check(block: int, shares: int | None, retries: int, options: Mapping[str, An
 def refuse(options: Mapping[str, Any], names: Iterable[str], what: str) -> None:
     """Raises UsageError for given options that have no meaning for ``what``."""
     for name in names:
-        if options.get(name) is not None:
+        if is_given(options.get(name)):
             raise ml.UsageError(f"{name}: does not go with {what}; leave it out")
+
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options without those that None or False leaves out: workers take none of whole images."""
+    return {name: value for name, value in options.items() if is_given(value)}
 
 
 def check_retries(retries: int) -> None:
