@@ -236,7 +236,7 @@ class Rewriter:
         if not alpha.is_linked and alpha.default_value == 1:
             return
         if alpha.is_linked or strength.is_linked:
-            message = "emission in sums with transparent shaders is scaled by opacity if it or the strength is linked"
+            message = "emission in sums with transparent shaders is scaled by opacity if opacity or strength is linked"
             self.warn(message, self.material.name)
             return
         opacity = max(alpha.default_value, LAMP_OPACITY, strength.default_value / LARGEST_STRENGTH)

@@ -160,9 +160,9 @@ fn contradiction(found: Contradiction) -> Failure {
             "--table-storage blocks with a large --table-size",
             "use at most --table-size 60, or --table-storage shared",
         ),
-        Contradiction::NoLights => ("--lights 0", "use at least 1"),
-        Contradiction::Pattern => ("--interleaving of no power of two", "use 1, 2 or 4"),
-        Contradiction::CameraPaths => unreachable!("no option sets the number of camera paths"),
+        Contradiction::NoLights | Contradiction::Pattern | Contradiction::CameraPaths => {
+            unreachable!("values of options are checked where they are read")
+        }
     };
     Failure::usage(
         format!("{options} is a contradiction"),

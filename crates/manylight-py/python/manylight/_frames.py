@@ -52,10 +52,10 @@ def frames(
         UsageError, SceneError, ComponentError: As for `manylight.render`.
     """
     scene = as_scene(scene)
-    numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
+    numbers = frame_numbers(scene, cameras, frames, options.get("sensor") or 0)
     keeps = not is_given(options.get("lights_in")) and keeps_lights(method, **options)
     with tempfile.TemporaryDirectory(prefix="manylight-") as folder:
-        named = options.pop("lights_out", None)
+        named = options.pop("lights_out", None) or None
         lights = named or (os.path.join(folder, "walk.lights") if keeps else None)
         files_stay = lights == named
         settings = {"method": method, **options}

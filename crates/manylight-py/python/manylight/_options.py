@@ -55,7 +55,7 @@ def render_words(options: Mapping[str, object]) -> list[str]:
 
 
 def is_given(value: object) -> bool:
-    """Whether the value of an option stands for more than one that is not given."""
+    """Whether an option is given; None and False mean that it is not."""
     return value is not None and value is not False
 
 

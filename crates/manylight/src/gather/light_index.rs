@@ -18,8 +18,8 @@ pub struct LightIndex<'s> {
     pub(super) tree: Option<LightTree>,
     /// Number of light groups; 0 if they are not told apart.
     pub(super) groups: usize,
-    /// Place of each light in its group, in (0, 1): the fraction of the group's lights up to its
-    /// middle; empty without groups.
+    /// Place of each light in its group, in (0, 1): the fraction of the group's lights up to the
+    /// light's middle; empty without groups.
     progress: Vec<f32>,
 }
 

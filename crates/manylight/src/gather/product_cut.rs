@@ -260,7 +260,7 @@ impl ProductCut<'_, '_, '_> {
             largest = largest.max(pair.bound.bound);
         }
         if largest > 0.0 {
-            let error = largest / self.total as f32;
+            let error = largest / self.total.max(0.0) as f32;
             sums.iter_mut().for_each(|sum| sum.cluster_error = error);
         }
         sums[0].terms = self.terms as u32;

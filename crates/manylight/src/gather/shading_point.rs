@@ -61,7 +61,8 @@ pub struct Gathered {
     /// luminance in W/(m² sr). A cut through the light tree also counts the representatives of
     /// clusters that it refined, each as one light.
     pub clamped: f32,
-    /// Radiance of the same connections before clamping.
+    /// Radiance of the same connections before clamping, visibility not counted; luminance in
+    /// W/(m² sr).
     pub unclamped: f32,
     /// Number of terms of the sum: lights, or the lights and clusters of a cut.
     pub terms: u32,

@@ -12,8 +12,8 @@ pub(crate) fn camera_survivals<S: Width>(throughput: Color<S>, eta_squared: Floa
 
 /// For photons: the ratio of the largest channels of flux after and before the event, at most 0.99
 /// so that walks between perfect mirrors end. Below that bound no channel exceeds the largest one
-/// before the event, and photon density follows irradiance. (By luminance, a photon would leave a deep blue surface with fourteen times
-/// the blue flux that arrived.)
+/// before the event, and photon density follows irradiance. (By luminance, a photon would leave a
+/// deep blue surface with fourteen times the blue flux that arrived.)
 #[inline(always)]
 pub(crate) fn photon_survivals<S: Width>(before: Color<S>, after: Color<S>) -> Float<S> {
     let before = before.max_channel();

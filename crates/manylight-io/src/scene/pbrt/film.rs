@@ -190,11 +190,11 @@ impl Builder<'_> {
     }
 
     /// Reports a given radius that is not `fixed`, the only one that the filter has here.
-    fn warn_radius(&self, entity: &Entity<'_>, default: f32, fixed: f32) {
+    fn warn_radius(&self, entity: &Entity<'_>, fixed: f32) {
         let params = &entity.params;
         let names = ["xradius", "yradius", "xwidth", "ywidth"];
         let is_given = names.iter().any(|name| params.has(name));
-        let radius = self.filter_radius(entity, default);
+        let radius = self.filter_radius(entity, fixed);
         if is_given && radius != fixed {
             let object = params.describe();
             let message = format!("{object} has the radius {fixed} here, not {radius}");
@@ -227,7 +227,7 @@ impl Builder<'_> {
                 Filter::Gaussian { stddev }
             }
             "mitchell" => {
-                self.warn_radius(entity, 2.0, 2.0);
+                self.warn_radius(entity, 2.0);
                 Filter::Mitchell {
                     b: params.float("B", 1.0 / 3.0),
                     c: params.float("C", 1.0 / 3.0),
@@ -235,7 +235,7 @@ impl Builder<'_> {
             }
             "sinc" => {
                 let lobes = params.float("tau", 3.0).round().max(1.0);
-                self.warn_radius(entity, 4.0, lobes);
+                self.warn_radius(entity, lobes);
                 Filter::Lanczos { lobes }
             }
             _ => {

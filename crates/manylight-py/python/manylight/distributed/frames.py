@@ -82,7 +82,7 @@ def render_frames(
     if not isinstance(scene, ml.Scene):
         scene = ml.load_file(scene)
     output = os.path.abspath(os.fspath(output))
-    numbers = frame_numbers(scene, cameras, frames, options.get("sensor", 0))
+    numbers = frame_numbers(scene, cameras, frames, options.get("sensor") or 0)
     files = {number: Path(frame_file(output, number)) for number in numbers}
     options = {"method": method, **given(options)}
     makes_lights = "lights_in" not in options and ml.keeps_lights(**options)

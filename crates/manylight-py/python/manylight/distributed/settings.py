@@ -56,7 +56,7 @@ def refuse(options: Mapping[str, Any], names: Iterable[str], what: str) -> None:
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options without those that None or False leaves out: workers take none of whole images."""
+    """The options that are given. Workers refuse options of whole images, even with False."""
     return {name: value for name, value in options.items() if is_given(value)}
 
 

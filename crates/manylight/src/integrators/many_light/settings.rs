@@ -38,7 +38,8 @@ pub struct ManyLight {
     /// The lights of successive passes.
     pub resampling: Resampling,
     /// Edge of the pattern of pixels that are shaded by different subsets of the lights, a power of
-    /// two, at most [`MAX_INTERLEAVING`]; 1: all pixels by the same lights. Only under [`Strategy::All`].
+    /// two, at most [`MAX_INTERLEAVING`]; 1: all pixels by the same lights. Only under
+    /// [`Strategy::All`].
     pub interleaving: u32,
     /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light,
     /// relative to the mean over the lights of a pass. 0: no roulette.
