@@ -101,7 +101,7 @@ fn other_radii_of_filters_of_a_fixed_radius_are_reported() {
             Some("warning 1:34 filter `mitchell` has the radius 2 here, not 3"),
         ),
         (
-            "\"sinc\" \"float xradius\" 4",
+            "\"sinc\" \"float xradius\" 4 \"float yradius\" 4",
             Some("warning 1:34 filter `sinc` has the radius 3 here, not 4"),
         ),
     ] {
