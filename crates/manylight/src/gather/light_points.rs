@@ -28,7 +28,9 @@ const SIXTEEN_DIRECTIONS_WITHIN: f32 = 2.0;
 /// (standard error 1 %), mean +0.5 and +0.2 %.
 const FOUR_DIRECTIONS_WITHIN: f32 = 8.0;
 /// Largest relative increase of these distances, by the random number of the shading point: no ring
-/// shows where the number of points changes.
+/// shows where the number of points changes. At 0.125 and 0.5 (2 passes of 128 lights of `rich-vpl`
+/// and `rich-vsl` at 72x40, 6 seeds; Glossy Room, Kitchen): relMSE -0.1 and +0.2 % (at most 0.9 % in
+/// one of them), mean within 0.1 %.
 const DISTANCE_SPREAD: f32 = 0.25;
 /// Least area of a disc, relative to the surface area that its light represents; lights with
 /// smaller discs are points. One strong photon among weak ones makes a disc small that represents
