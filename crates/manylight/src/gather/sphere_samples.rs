@@ -24,9 +24,9 @@ pub(super) const LOBE_DIRECTIONS: usize = 4;
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
 /// Step between successive angles, as a fraction of a turn: the golden ratio.
 const GOLDEN_TURN: f32 = 0.618_034;
-/// Multiples of the random number of a point, whose fractional parts serve as further numbers. None
-/// is the number itself, which decides how many directions there are. Primes, so that no two are in
-/// step.
+/// Factors of the random number `u` of a point. The fractional parts of the products are further
+/// random numbers. No factor is 1, because `u` itself decides the number of directions. The factors
+/// are different primes, so that the products are hardly correlated.
 const AZIMUTH: f32 = 13.0;
 const SHIFT: f32 = 61.0;
 const LOBE_HEIGHT: f32 = 17.0;

@@ -19,6 +19,7 @@ const MIN_FLUX_SAMPLES: u32 = 16;
 /// Sine of the largest depth below the horizon at which a sampled direction counts as reflected
 /// about a tilted shading normal, not as transmitted.
 const MAX_REFLECTION_DEPTH: f32 = 0.5;
+
 /// One light path at a surface: `I(w) = Φ f(wi → w) |w·n|` over the non-specular lobes.
 #[derive(Clone, Copy, Debug)]
 pub struct Reflection<'s> {

@@ -192,10 +192,8 @@ impl Builder<'_> {
     /// Reports a given radius that is not `fixed`, the only one that the filter has here.
     fn warn_radius(&self, entity: &Entity<'_>, fixed: f32) {
         let params = &entity.params;
-        let names = ["xradius", "yradius", "xwidth", "ywidth"];
-        let is_given = names.iter().any(|name| params.has(name));
         let radius = self.filter_radius(entity, fixed);
-        if is_given && radius != fixed {
+        if radius != fixed {
             let object = params.describe();
             let message = format!("{object} has the radius {fixed} here, not {radius}");
             params.unsupported("filter radius", message);

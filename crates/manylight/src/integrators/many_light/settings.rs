@@ -176,7 +176,7 @@ pub enum Contradiction {
     LargeBlocks,
     /// [`ManyLight::light_count`] is zero.
     NoLights,
-    /// A pattern whose edge is no power of two, or larger than [`MAX_INTERLEAVING`].
+    /// [`ManyLight::interleaving`] is larger than [`MAX_INTERLEAVING`], or no power of two.
     Pattern,
     /// [`ManyLight::camera_paths`] that are no power of two, or more than [`MAX_CAMERA_PATHS`].
     CameraPaths,
